@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import mujoco
 import numpy as np
@@ -95,6 +95,7 @@ def change_toward(way_m: Array, slopes: Array, length_m: float, least: Array, mo
 # ----------------------------------------------------------------------------------------------------
 # A simulated robot with all its effects, moved by its drives.
 
+Generators = Sequence[np.random.Generator]
 START_S = 1.0  # simulated time in which a load that acts at rest (an offset, a payload) comes on
 
 
@@ -293,46 +294,20 @@ class Plant:
 # ----------------------------------------------------------------------------------------------------
 # Several equal robots that one thread moves: each by itself, or all together on a batch.
 #
+# Robots are chosen by their numbers from 0, rising, an array of shape (k,). Those that have diverged stay so
+# until they are reset; nothing is raised.
+#
 # Both ways give the same numbers, and each copy those of a `plant.Plant` alone, but for rounding, which
 # friction amplifies over an episode (`vector`). `together` says which it can be; what it cannot be for,
 # `simulation.copies.copied_together` names.
 
 
-class RobotGroup(Protocol):
-    """Robots that are chosen by their numbers from 0, rising, an array of shape (k,).
-
-    Those that have diverged stay so until they are reset; nothing is raised.
+class RobotsOneByOne:
+    """Plants, one after another.
 
     Attributes:
-        native_s: time of the processor spent outside Python since the beginning [s], where it is known.
+        native_s: time of the processor spent outside Python since the beginning [s]; not known.
     """
-
-    native_s: float
-
-    def reset(self, chosen: Index) -> None:
-        """Return to rest, as `Plant.reset`."""
-
-    def move(self, chosen: Index, level: Array, duration_s: float) -> None:
-        """Move the drives to `level`, shape (k, d), as `Plant.move`."""
-
-    def settle(self, chosen: Index) -> None:
-        """Wait until each is at rest, as `Plant.settle`."""
-
-    def finite(self, chosen: Index) -> np.ndarray:
-        """Return which have not diverged, shape (k,)."""
-
-    def tips(self, chosen: Index) -> tuple[Array, Array, Array]:
-        """Return the tips' places (k, 3) [m] and orientations (k, 3, 3), and tensions (k, t) [N]."""
-
-    def bends(self, chosen: Index) -> Array:
-        """Return their bends, shape (k, *b), as `Plant.segment_bends`."""
-
-    def state(self, one: int) -> DrawnState:
-        """Return what a picture of one of them needs."""
-
-
-class RobotsOneByOne:
-    """Plants, one after another: `RobotGroup` of any kind."""
 
     native_s = 0.0
 
@@ -341,30 +316,37 @@ class RobotsOneByOne:
         self._finite = np.ones(len(plants), dtype=bool)
 
     def reset(self, chosen: Index) -> None:
+        """Return to rest, as `Plant.reset`."""
         self._finite[chosen] = True
         self._each(chosen, lambda plant, _: plant.reset())
 
     def move(self, chosen: Index, level: Array, duration_s: float) -> None:
+        """Move the drives to `level`, shape (k, d), as `Plant.move`."""
         self._each(chosen, lambda plant, place: plant.move(level[place], duration_s))
 
     def settle(self, chosen: Index) -> None:
+        """Wait until each is at rest, as `Plant.settle`."""
         self._each(chosen, lambda plant, _: plant.settle())
 
     def finite(self, chosen: Index) -> np.ndarray:
+        """Return which have not diverged, shape (k,)."""
         return self._finite[chosen]
 
     def tips(self, chosen: Index) -> tuple[Array, Array, Array]:
-        seen = [self._plants[one].posture() for one in chosen]
+        """Return the tips' places (k, 3) [m] and orientations (k, 3, 3), and tensions (k, t) [N]."""
+        found = [self._plants[one].posture() for one in chosen]
         return (
-            np.array([item.p_w[-1] for item in seen]),
-            np.array([item.R_w[-1] for item in seen]),
-            np.array([item.actuator_tension for item in seen]),
+            np.array([posture.p_w[-1] for posture in found]),
+            np.array([posture.R_w[-1] for posture in found]),
+            np.array([posture.actuator_tension for posture in found]),
         )
 
     def bends(self, chosen: Index) -> Array:
+        """Return their bends, shape (k, *b), as `Plant.segment_bends`."""
         return np.array([self._plants[one].segment_bends() for one in chosen])
 
     def state(self, one: int) -> DrawnState:
+        """Return what a picture of one of them needs."""
         return state_of(self._plants[one].simulator)
 
     def _each(self, chosen: Index, act: Callable[[Plant, int], None]) -> None:
@@ -377,7 +359,7 @@ class RobotsOneByOne:
 
 
 class Together:
-    """Copies of a plant on a batch: `RobotGroup` that `together` affirms."""
+    """Copies of a plant on a batch, where `together` affirms it; methods as of `RobotsOneByOne`."""
 
     def __init__(self, plant: Plant, count: int) -> None:
         self._plant, self._copies = plant, Copies(plant.simulator, count)
@@ -422,6 +404,9 @@ class Together:
     def _ramp(self, chosen: Index, inputs: Array, duration_s: float) -> None:
         self._copies.ramp(chosen, self._inputs[chosen], inputs, duration_s)
         self._inputs[chosen] = inputs
+
+
+RobotGroup = RobotsOneByOne | Together
 
 
 def together(plant: Plant) -> bool:
@@ -471,7 +456,7 @@ class Path:
 
 
 def random_targets(
-    plant: Plant, robots: RobotGroup, chosen: Index, rngs: Sequence[np.random.Generator], clearance_m: float
+    plant: Plant, robots: RobotGroup, chosen: Index, rngs: Generators, clearance_m: float
 ) -> list[DrawnPoints]:
     """Return a random reachable point for each chosen robot, `clearance_m` or more from its tip at rest.
 
@@ -511,7 +496,7 @@ def random_paths(
     plant: Plant,
     robots: RobotGroup,
     chosen: Index,
-    rngs: Sequence[np.random.Generator],
+    rngs: Generators,
     clearance_m: float,
     steps: int,
     step_s: float,
@@ -666,7 +651,7 @@ class Supply(Generic[T]):
         plant: Plant,
         count: int,
         threads: int,
-        draw: Callable[[RobotGroup, Index, Sequence[np.random.Generator]], list[T]],
+        draw: Callable[[RobotGroup, Index, Generators], list[T]],
     ) -> None:
         """Build the robots that draw."""
         self._fleet = Fleet(plant, count, threads)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
 from typing import Any
 
 import mujoco
@@ -14,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.anatomy.anatomies import blocks, facings, shell
 from catheter_sim.arrays import Array
 from catheter_sim.effects.apply import wholly_built_in
+from catheter_sim.errors import InputError
 from catheter_sim.mjcf.document import ALL_DIGITS, Element, read
 from catheter_sim.mjcf.names import link as link_name
 from catheter_sim.mjcf.parts import GROUP
@@ -30,7 +34,7 @@ from catheter_sim.modelling.attach import (
 )
 from catheter_sim.modelling.build import remembered_mjcf
 from catheter_sim.procedure import heart
-from catheter_sim.procedure.heart import pose_error, transform, wall
+from catheter_sim.procedure.heart import Anatomy, pose_error, random_anatomy, transform, wall
 from catheter_sim.procedure.plan import (
     HOLD_S,
     Plan,
@@ -39,6 +43,7 @@ from catheter_sim.procedure.plan import (
     displacements_m,
     duration_s,
     implant_turn_rad,
+    plan,
     steps,
     tip_to_end_m,
 )
@@ -633,3 +638,50 @@ def _holds(touch: Touch) -> bool:
     }
     first, second = held.values()
     return bool(touch.leaflets_N > _PRESSES_N and first and second and first | second > first & second)
+
+
+# ----------------------------------------------------------------------------------------------------
+# The procedure in many random anatomies.
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One anatomy of a series.
+
+    Attributes:
+        number: of the anatomy in its series, from 0.
+        anatomy: the anatomy.
+        outcome: how it ended; None where it did not.
+        failure: None, or the line that says why it did not.
+    """
+
+    number: int
+    anatomy: Anatomy
+    outcome: Outcome | None
+    failure: str | None
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the implant reached its target."""
+        return self.outcome is not None and self.outcome.succeeded
+
+
+def attempt(robot: CatheterRobot, known: CatheterRobot | None, seed: int, number: int) -> Attempt:
+    """Plan and operate in anatomy `number` of the series `seed`; `known` as in `operate.operate`."""
+    rng = np.random.default_rng([seed, number])
+    anatomy = random_anatomy(rng)
+    try:
+        return Attempt(number, anatomy, operate(robot, plan(robot, anatomy), rng, known), None)
+    except InputError as error:  # no plan, or a simulation that diverged
+        return Attempt(number, anatomy, None, str(error))
+
+
+def run_series(
+    robot: CatheterRobot, count: int, seed: int, known: CatheterRobot | None = None, jobs: int = 1
+) -> list[Attempt]:
+    """Return the attempts of a series, in order; they do not depend on `jobs`, the number of processes."""
+    one = partial(attempt, robot, known, seed)
+    if jobs == 1:
+        return [one(number) for number in range(count)]
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        return list(pool.map(one, range(count)))

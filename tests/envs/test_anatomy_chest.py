@@ -20,7 +20,7 @@ from catheter_sim.anatomy.anatomies import (
 from catheter_sim.anatomy.anatomies import (
     CHEST_RANGES as RANGES,
 )
-from catheter_sim.envs.clinical.insert_and_tumour import insert_way
+from reference.steering import insert_way
 
 ROBOT_RADIUS_M = 3.1e-3  # chest_tube_2025, Table II
 

@@ -15,13 +15,13 @@ from catheter_sim.envs.clinical.insert_and_tumour import (
     POINTS,
     REGIONS,
     TumourEnv,
-    tumour_rates,
 )
 from catheter_sim.envs.clinical.insert_and_tumour import (
     TUMOUR_STROKE_M as STROKE_M,
 )
 from catheter_sim.envs.tip import DIVERGED_REWARD
 from catheter_sim.errors import InputError
+from reference.steering import tumour_rates
 from tests.envs.episodes import episode, same
 
 ID = "catheter_sim/NeuroendoscopeTumour-v0"

@@ -18,10 +18,7 @@ from catheter_sim.envs.clinical.base import BaseMotion, ClinicalEnv
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.envs.tip import (
     CONTROL_STEP_S,
-    RATE_PER_S,
-    Action,
     Bounds,
-    Observation,
     checked_above_zero,
     checked_pair,
 )
@@ -39,15 +36,11 @@ from catheter_sim.procedure.operate import (
     WAITING_M,
     WALL_N_PER_M,
     build_scene,
-    corrected,
-    ideal,
 )
 from catheter_sim.procedure.plan import (
     DELIVERING,
     PUSH_M_PER_S,
     Case,
-    ProcedureStep,
-    displacements_m,
     implant_turn_rad,
     median_case,
     random_case,
@@ -119,14 +112,6 @@ def implant_target(case: Case, mount: Array) -> Array:
     tool = case.plan.target.copy()
     tool[:3, 3] += case.plan.below_m * DOWN
     return from_valve(case) @ tool @ mount
-
-
-def implant_frame(side: Array, direction: Array, place: Array) -> Array:
-    """Return the frame of which x and z were seen, not quite at right angles, shape (4, 4)."""
-    z = direction / np.linalg.norm(direction)
-    x = side - (side @ z) * z
-    x /= np.linalg.norm(x)
-    return transform(np.stack([x, np.cross(z, x), z], axis=1), place)
 
 
 def turned(angle_rad: float) -> Array:
@@ -353,7 +338,7 @@ class DeliverEnv(ClinicalEnv[Case]):
         ahead = transform(np.eye(3), np.array([0.0, 0.0, self.middle_ahead_m]))
         return pose_error(self.target @ ahead, self._implant @ ahead)
 
-    def _info(self, done: bool) -> dict[str, Any]:
+    def _info(self) -> dict[str, Any]:
         error, axis = self._error(), self.target[:3, 2]
         deep = -float(error[:3] @ axis)
         cosine = min(max(float(self._implant[:3, 2] @ axis), -1.0), 1.0)
@@ -366,7 +351,7 @@ class DeliverEnv(ClinicalEnv[Case]):
             "beat_rad": self.anatomy.flow.beat_rad(self._time_s),
             "flow_N": stream(self.anatomy)(self._time_s, self._implant[:3, 3]),
         }
-        return {**super()._info(done), **in_file_units(told)}
+        return {**super()._info(), **in_file_units(told)}
 
     def _view(self) -> View:
         """Return the view across the plane of sheath and valve's axis, a little from the ventricle's side."""
@@ -383,73 +368,3 @@ def _amplitudes(bounds: Sequence[float]) -> tuple[float, float]:
     if low < 0.0:
         raise InputError(f"flow_N = {shown(bounds)}: {needed}")
     return low, high
-
-
-# ----------------------------------------------------------------------------------------------------
-# A controller that delivers the implant: the planned way, then resolved rates on the analytic Jacobian.
-#
-# It knows the plan and the nominal robot, taken for ideal (`procedure.operate.ideal`), and sees the rest in
-# the observation. It has no memory: in which part of the way it is follows from where the robot stands.
-
-GAIN = 0.5  # share of a joint's error that a step takes away on the way to the valve
-SHARE = 0.4  # the same of the implant's error under resolved rates
-BENT_RAD = math.radians(4.0)  # from the planned bend: near enough to go on by the implant's place
-OUT_M = 2e-3  # advance of the tube from which the way to the valve is over
-ASIDE_M, TILT_RAD = 2e-3, math.radians(5.0)  # off the valve's axis, within which the implant is advanced
-AHEAD_M = 5e-3  # of the next place on the axis, which the tube's share of the way is taken from
-_STRAIGHT_M = 0.5e-3  # before the end of the straight way
-_STILL = np.zeros(4)
-
-
-def deliver(env: DeliverEnv, observation: Observation) -> Action:
-    """Return the action that goes on with the delivery.
-
-    Straight in, as far as the opposite wall lets it, the torsions turned already; then bent, and pushed on
-    as it bends; then by the implant's place and turn, under the leaflets only once it stands above them.
-
-    Args:
-        env: for the robot's lengths and drives, the plan and the target; its state is not read.
-        observation: of `env`.
-    """
-    part = {name: observation[place].astype(float) for name, place in env.layout.items()}
-    way, known = env.anatomy.plan, ideal(env.known)
-    joints = part["bend"] * env.plant.quick.bend_unit
-    inserted = env.waiting_m + float(part["base"][0]) * env.motions[0].highest
-    asked = env.plant.quick.reach(part["level"][np.newaxis], _STILL)[1][0]
-    now = ProcedureStep("", inserted, asked, 0.0)
-    on_the_way = joints[2] < OUT_M and abs(way.q[1] - joints[1]) > BENT_RAD
-    if not on_the_way:
-        step = _placed(env, part, now, joints)
-    elif inserted < way.straight_m - _STRAIGHT_M and joints[1] < BENT_RAD:
-        turns = known.segments[0].joint == "torsion"
-        goal = np.array([way.q[0] if turns else 0.0, 0.0, 0.0, way.q[3]])
-        step = ProcedureStep("", way.straight_m, asked + GAIN * (goal - joints), 0.0)
-    else:
-        share = min(max(joints[1] / way.q[1], 0.0), 1.0)
-        goal = np.array([way.q[0], way.q[1], 0.0, way.q[3]])
-        inside = way.straight_m + share * (way.insertion_m - way.straight_m)
-        step = ProcedureStep("", inside, asked + GAIN * (goal - joints), 0.0)
-    level = displacements_m(known, step.q, _STILL) / np.diag(env.drives.tendon)
-    change = (level - part["level"]) / (RATE_PER_S * CONTROL_STEP_S)
-    push = (step.insertion_m - inserted) / (PUSH_M_PER_S * CONTROL_STEP_S)
-    return np.clip(np.append(change, push), -1.0, 1.0).astype(np.float32)
-
-
-def _placed(env: DeliverEnv, part: dict[str, Array], now: ProcedureStep, joints: Array) -> ProcedureStep:
-    """Return the command that brings the implant to its place, or to the next one on the valve's axis."""
-    length = env.length_m
-    target, here = (
-        implant_frame(part[f"{name}_side"], part[axis], length * part[name])
-        for name, axis in (("target", "target_direction"), ("tip", "tip_direction"))
-    )
-    down, missing = target[:3, 2], target[:3, 3] - here[:3, 3]
-    ahead = float(missing @ down)
-    aside = float(np.linalg.norm(missing - ahead * down))
-    above = aside < ASIDE_M and float(here[:3, 2] @ down) > math.cos(TILT_RAD)
-    next_one = target.copy()
-    next_one[:3, 3] -= max(ahead - (AHEAD_M if above else 0.0), 0.0) * down
-    base = np.eye(4)
-    base[2, 3] = now.insertion_m
-    return corrected(
-        env.known, base, ProcedureStep("", now.insertion_m, joints, 0.0), now, here, next_one, SHARE
-    )
