@@ -28,15 +28,10 @@ MOTORS = ("none", "pd", "observer")
 
 @dataclass(frozen=True)
 class Way:
-    """How a motion is followed.
+    """How a motion is followed."""
 
-    Attributes:
-        model: feedforward, of `feedforward.MODELS`.
-        feedback: whether PID on the tracker's angles is added, in joints that are asked to move.
-    """
-
-    model: str
-    feedback: bool
+    model: str  # feedforward, of `feedforward.MODELS`
+    feedback: bool  # whether PID on the tracker's angles is added, in joints that are asked to move
 
     @property
     def name(self) -> str:
@@ -46,26 +41,17 @@ class Way:
 
 @dataclass(frozen=True)
 class Setting:
-    """What all ways of following share.
+    """What all ways of following share."""
 
-    Attributes:
-        gains: of the PID controllers.
-        noise_deg: standard deviation of every measured angle, white [deg].
-        frame_error_deg: what every angle is measured too large [deg].
-        seed: of the noise, the same for every way.
-        rate_hz: ticks a second.
-        motors: of `MOTORS`: pairs follow at once; by a motor's PD; by PD with a disturbance observer.
-        motor_gain: the motors' gain over the nominal one that their controller takes them to have.
-        dead_band_m: dead-bands that the feedforward compensates, by pair.
-    """
-
-    gains: Gains
-    noise_deg: float = 0.0
-    frame_error_deg: float = 0.0
-    seed: int = 0
-    rate_hz: float = RATE_HZ
+    gains: Gains  # of the PID controllers
+    noise_deg: float = 0.0  # standard deviation of every measured angle, white [deg]
+    frame_error_deg: float = 0.0  # what every angle is measured too large [deg]
+    seed: int = 0  # of the noise, the same for every way
+    rate_hz: float = RATE_HZ  # ticks a second
+    # Of `MOTORS`: pairs follow at once; by a motor's PD; by PD with a disturbance observer.
     motors: str = "none"
-    motor_gain: float = 1.0
+    motor_gain: float = 1.0  # the motors' gain over the nominal one that their controller takes them to have
+    # Dead-bands that the feedforward compensates, by pair.
     dead_band_m: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -41,13 +40,10 @@ from catheter_sim.simulation.simulator import Simulator
 
 
 def quick_model(robot: RobotSpec, actuation: str, largest_bend_rad: float | None = None) -> QuickModel:
-    """Return the quick model of `robot`.
+    """Return the quick model of `robot`, whose `effects` are not read.
 
-    Args:
-        robot: the robot; its `effects` are not read.
-        actuation: "tension" or "displacement".
-        largest_bend_rad: what one drive alone may ask of a segment, without friction; default
-            `core.published.LARGEST_BEND_RAD`. None of a robot whose joints have limits of their own.
+    `largest_bend_rad` is what one drive alone may ask of a segment, without friction; default
+    `core.published.LARGEST_BEND_RAD`, none of a robot whose joints have limits of their own.
 
     Raises:
         InputError: no environment drives robots of this kind, the robot knows no such actuation, it has
@@ -77,11 +73,8 @@ _EFFORT = 0.02
 def change_toward(way_m: Array, slopes: Array, length_m: float, least: Array, most: Array) -> Array:
     """Return the change of the drives' levels that moves the tip by `way_m`, or as near as they can.
 
-    Args:
-        way_m: wished motion of the tip, shape (3,), or more of what is wished, (m,) [m].
-        slopes: how the tip moves with the levels (`QuickModel.tip_slopes`), shape (m, d) [m].
-        length_m: of the robot.
-        least, most: bounds of the change, least <= 0 <= most, shape (d,).
+    `way_m` is the wished motion, shape (m,) [m], by `slopes` of it by the levels, shape (m, d) [m]; `least`
+    <= 0 <= `most`, shape (d,), bound the change.
     """
     effort = _EFFORT * length_m * np.eye(slopes.shape[1])
     # A drive at the end of its range: the solver wants room between the bounds.
@@ -103,8 +96,8 @@ class Plant:
     """A simulated robot, its effects included.
 
     Effects on the inputs go from command to command, one for each `move`, and those on what is seen from look
-    to look. What they send beyond the end of a catheter's joint, where
-    its gaps have closed or its tendon is unwound, stops there: the drive stands against it.
+    to look. What they send beyond the end of a catheter's joint, where its gaps have closed or its tendon is
+    unwound, stops there: the drive stands against it.
 
     Attributes:
         specified: the robot with its effects named.
@@ -118,8 +111,6 @@ class Plant:
         inertial: it moves as its masses and its own damping let it.
         carriage: where the base is held, from where it stands in the model: the joints of `Surroundings`,
             shape (c,) [m, rad].
-        hinges: of every joint that bends its number, its place among the bends, and how many share that.
-        planned: the last target for which a controller asked, and the bends that it found; None: none yet.
     """
 
     def __init__(
@@ -133,15 +124,10 @@ class Plant:
     ) -> None:
         """Build the model.
 
-        Args:
-            robot: the robot, with or without effects.
-            actuation: "tension" or "displacement"; default: the robot's own. Effects on the inputs
-                are in its unit.
-            gravity_mps2: in the base frame, shape (3,) [m/s^2].
-            largest_bend_rad: see `quick_model.quick_model`.
-            surround: puts the robot into surroundings; default: it stands alone, its base at rest.
-            inertial: it moves as its masses and its own damping let it; otherwise it follows its inputs
-                without overshoot, its masses have weight alone.
+        Effects on the inputs are in the unit of the `actuation`, "tension" or "displacement", by default the
+        robot's own. Gravity is in the base frame, shape (3,) [m/s^2]. `surround` puts the robot into
+        surroundings; by default it stands alone, its base at rest. Where it is not `inertial` it follows its
+        inputs without overshoot, its masses have weight alone.
 
         Raises:
             InputError: the robot knows no such actuation, an effect is unknown or acts on the shape,
@@ -182,24 +168,18 @@ class Plant:
         self.sees_the_past = remembers_what_was_seen(self.specified)
         self.segment_length = self.quick.segment_length
         self._bend_of = np.zeros((*self.quick.bend_unit.shape, self.simulator.model.nq))
-        places: dict[int, tuple[int, ...]] = {}
         for index in range(self.simulator.model.njnt):
             joint = self.simulator.model.joint(index)
             place = self.quick.bend_of(joint.name)
             if place is not None:
-                places[index] = place
                 self._bend_of[(*place, int(joint.qposadr[0]))] = 1.0
-        counts = Counter(places.values())
-        self.hinges = tuple((index, place, counts[place]) for index, place in places.items())
-        self.planned: tuple[tuple[float, ...], Array] | None = None
         self.rest_bends = self._bend_of @ self.simulator.model.qpos_spring
         self.reset()
 
     def reset(self) -> None:
         """Return to rest: drives at zero, weight and constant loads acting, no history.
 
-        Raises:
-            SimulationDiverged: it does not stand.
+        `SimulationDiverged` is raised where it does not stand, as where a motion ends in no finite state.
         """
         self.simulator.reset()
         self.level = np.zeros(len(self.drives.names))
@@ -217,9 +197,6 @@ class Plant:
         """Move the drives linearly to `level`, shape (d,), in `duration_s` of simulated time.
 
         With them the base goes to `carriage`, shape (c,) [m, rad]; by default it stays.
-
-        Raises:
-            SimulationDiverged: the state is no longer finite.
         """
         self.level = np.array(level)
         self._time_s += duration_s
@@ -429,30 +406,19 @@ _MOST_DRAWS = 100
 
 @dataclass(frozen=True)
 class DrawnPoints:
-    """A posture that was looked for.
+    """A posture that was looked for."""
 
-    Attributes:
-        level: of the drives, shape (d,).
-        tip_m: where the tip comes to rest under them, shape (3,) [m].
-    """
-
-    level: Array
-    tip_m: Array
+    level: Array  # of the drives, shape (d,)
+    tip_m: Array  # where the tip comes to rest under them, shape (3,) [m]
 
 
 @dataclass(frozen=True)
 class Path:
-    """A way that the tip of a simulated robot went, from rest.
+    """A way that the tip of a simulated robot went, from rest."""
 
-    Attributes:
-        level: of the drives at the end of each control step, rest first, shape (r + 1, d).
-        tip_m: where the tip was then, shape (r + 1, 3) [m].
-        direction: unit vectors along the tip's axis there, shape (r + 1, 3).
-    """
-
-    level: Array
-    tip_m: Array
-    direction: Array
+    level: Array  # of the drives at the end of each control step, rest first, shape (r + 1, d)
+    tip_m: Array  # where the tip was then, shape (r + 1, 3) [m]
+    direction: Array  # unit vectors along the tip's axis there, shape (r + 1, 3)
 
 
 def random_targets(
@@ -460,12 +426,7 @@ def random_targets(
 ) -> list[DrawnPoints]:
     """Return a random reachable point for each chosen robot, `clearance_m` or more from its tip at rest.
 
-    Args:
-        plant: what the robots are; it is not moved.
-        robots: what is moved.
-        chosen: which of them, shape (k,).
-        rngs: a generator for each of these.
-        clearance_m: least distance [m].
+    `plant` says what the robots are and is not moved; each chosen robot has a generator.
 
     Raises:
         InputError: no draw of a robot ends so far from rest.
@@ -552,21 +513,14 @@ def random_levels(plant: Plant, rng: np.random.Generator, steps: int) -> Array |
 
 
 def require_standing(plant: Plant, robots: RobotGroup, chosen: Index) -> None:
-    """Return robots to rest.
-
-    Raises:
-        SimulationDiverged: they do not stand.
-    """
+    """Return robots to rest; raise `SimulationDiverged` where they do not stand."""
     robots.reset(chosen)
     if not robots.finite(chosen).all():
         raise SimulationDiverged(f"{plant.specified.name}: the simulation diverged on the way to rest")
 
 
 def _gone(robots: RobotGroup, chosen: Index, levels: Array, step_s: float) -> tuple[Array, Array]:
-    """Return where tips were on the way from rest through `levels`, shape (k, r + 1, d), and looked.
-
-    Both of shape (k, r + 1, 3).
-    """
+    """Return where tips were and looked, (k, r + 1, 3), from rest through `levels`, (k, r + 1, d)."""
     tips, directions = np.zeros((2, *levels.shape[:2], 3))
     for step in range(levels.shape[1]):
         if step > 0:
@@ -609,10 +563,7 @@ class Fleet:
     def each(self, chosen: Index, act: Callable[[RobotGroup, Index, Index], T]) -> list[T]:
         """Call `act` for the chosen copies of each thread at once, and return what they return.
 
-        Args:
-            chosen: shape (k,).
-            act: gets a thread's robots, the numbers of the chosen ones among them, and their places in
-                `chosen`.
+        It gets a thread's robots, the numbers of the chosen ones among them, and their places in `chosen`.
         """
         tasks: list[Callable[[], T]] = []
         for part, (robots, first) in enumerate(zip(self._parts, self._first, strict=True)):
@@ -628,15 +579,6 @@ class Fleet:
         """End the threads."""
         if self._pool is not None:
             self._pool.shutdown()
-
-
-@dataclass(frozen=True)
-class _Drawn(Generic[T]):
-    """What was drawn ahead: the generator's state before, the generator after, and the thing."""
-
-    before: object
-    after: np.random.Generator
-    thing: T
 
 
 class Supply(Generic[T]):
@@ -656,27 +598,22 @@ class Supply(Generic[T]):
         """Build the robots that draw."""
         self._fleet = Fleet(plant, count, threads)
         self._draw = draw
-        self._stock: dict[int, _Drawn[T]] = {}
+        # of each copy the generator's state before the draw, the generator after it, and what was drawn
+        self._stock: dict[int, tuple[object, np.random.Generator, T]] = {}
 
     def take(self, chosen: Index, rngs: list[np.random.Generator | None]) -> list[T]:
-        """Return a thing for each of the chosen copies, and let their generators have gone on.
-
-        Args:
-            chosen: shape (k,).
-            rngs: the copies' generators; those of the chosen are replaced.
-        """
-        for one, stored in list(self._stock.items()):
+        """Return a thing for each of the chosen copies, whose generators in `rngs` then have gone on."""
+        for one, (before, _, _) in list(self._stock.items()):
             rng = rngs[one]
-            if rng is None or rng.bit_generator.state != stored.before:  # seeded anew, or used by others
+            if rng is None or rng.bit_generator.state != before:  # seeded anew, or used by others
                 del self._stock[one]
         if any(int(one) not in self._stock for one in chosen):
             empty = [one for one, rng in enumerate(rngs) if rng is not None and one not in self._stock]
             self._fill(np.array(empty), rngs)
         things = []
         for one in chosen:
-            stored = self._stock.pop(int(one))
-            rngs[int(one)] = stored.after
-            things.append(stored.thing)
+            _, rngs[int(one)], thing = self._stock.pop(int(one))
+            things.append(thing)
         return things
 
     def close(self) -> None:
@@ -684,14 +621,12 @@ class Supply(Generic[T]):
         self._fleet.close()
 
     def _fill(self, empty: Index, rngs: Sequence[np.random.Generator | None]) -> None:
-        drawing = [copy.deepcopy(rngs[one]) for one in empty]
-        before = [rng.bit_generator.state for rng in drawing if rng is not None]
+        drawing = [copy.deepcopy(rng) for one in empty if (rng := rngs[one]) is not None]
+        before = [rng.bit_generator.state for rng in drawing]
 
         def act(robots: RobotGroup, own: Index, places: Index) -> tuple[Index, list[T]]:
-            return places, self._draw(robots, own, [rng for k in places if (rng := drawing[k]) is not None])
+            return places, self._draw(robots, own, [drawing[place] for place in places])
 
         for places, things in self._fleet.each(empty, act):
             for place, thing in zip(places, things, strict=True):
-                after = drawing[place]
-                assert after is not None
-                self._stock[int(empty[place])] = _Drawn(before[place], after, thing)
+                self._stock[int(empty[place])] = before[place], drawing[place], thing

@@ -208,26 +208,17 @@ _GOAL_BOUNDS = {"target": _PLACE_BOUND, "target_direction": 1.0, "target_velocit
 
 
 class Seen(NamedTuple):
-    """Robots at the end of a control step, a row each, SI units.
+    """Robots at the end of a control step, a row each, SI units."""
 
-    Attributes:
-        tip, seen_tip: of the tip, true and as measured, shape (n, 3) [m].
-        direction, seen_direction: unit vector along the tip's axis, true and as measured, shape (n, 3).
-        velocity, seen_velocity: mean over the step of the two tips, shape (n, 3) [m/s].
-        level: of the drives, shape (n, d).
-        tension: at the actuators, shape (n, t) [N].
-        bends: of the robot, as its quick model has them, shape (n, *b) [rad or m].
-    """
-
-    tip: Array
+    tip: Array  # of the tip, true and as measured, shape (n, 3) [m]
     seen_tip: Array
-    direction: Array
+    direction: Array  # unit vector along the tip's axis, true and as measured, shape (n, 3)
     seen_direction: Array
-    velocity: Array
+    velocity: Array  # mean over the step of the two tips, shape (n, 3) [m/s]
     seen_velocity: Array
-    level: Array
-    tension: Array
-    bends: Array
+    level: Array  # of the drives, shape (n, d)
+    tension: Array  # at the actuators, shape (n, t) [N]
+    bends: Array  # of the robot, as its quick model has them, shape (n, *b) [rad or m]
 
 
 def look(plant: Plant, robots: RobotGroup, chosen: Index, level: Array, before: Seen | None = None) -> Seen:

@@ -301,7 +301,7 @@ def test_plans_are_kept_with_their_robots(monkeypatch):
     asked = []
 
     class Robot:
-        planned, rest_bends, quick = None, None, None
+        rest_bends, quick = None, None
 
         def reach(self, levels, bends):
             return levels, 2.0 * levels

@@ -7,7 +7,9 @@ where there are any. What else it knows is in the observation; `Rates` alone rea
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import mujoco
 import numpy as np
@@ -38,6 +40,9 @@ LOOKING = 0.1  # robot lengths that a wrong direction weighs, per radian
 # A bend that is farther than this from the planned one, in half turns, may belong to another branch.
 _OTHER_BRANCH = 0.15
 TRIALS = 12  # postures of the frictionless robot on the way from each start
+_PLANNED: WeakKeyDictionary[Plant, tuple[tuple[float, ...], Array]] = (
+    WeakKeyDictionary()
+)  # last targets' bends
 FOUND = 1e-3  # of the robot's length: the frictionless robot is at the point
 
 
@@ -126,10 +131,10 @@ def _toward(env: TipEnv, level: Array, way: Array, slopes: Array) -> Action:
 
 def _planned_bends(plant: Plant, target_m: tuple[float, ...]) -> Array:
     """Return the bends with which the frictionless robot is at the target, shape (*b) [rad, m]."""
-    if plant.planned is None or plant.planned[0] != target_m:
+    if plant not in _PLANNED or _PLANNED[plant][0] != target_m:
         level = frictionless_level(plant, np.array(target_m))
-        plant.planned = target_m, plant.quick.reach(level[np.newaxis], plant.rest_bends)[1][0]
-    return plant.planned[1]
+        _PLANNED[plant] = target_m, plant.quick.reach(level[np.newaxis], plant.rest_bends)[1][0]
+    return _PLANNED[plant][1]
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -204,7 +209,12 @@ class Rates:
         slopes = np.zeros((model.nv, drives + len(env.motions)))
         length = float(plant.segment_length.sum()) / self.elements
         leaving = True
-        for index, place, count in plant.hinges:
+        places = {index: plant.quick.bend_of(model.joint(index).name) for index in range(model.njnt)}
+        counts = Counter(places.values())
+        for index, place in places.items():
+            if place is None:
+                continue
+            count = counts[place]
             if data.xanchor[index, 2] < out_m:
                 continue
             dof = int(model.jnt_dofadr[index])

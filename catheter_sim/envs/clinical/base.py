@@ -32,18 +32,12 @@ A = TypeVar("A")  # what a task's anatomy is
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """A joint under the robot's base, and how an action moves it.
+    """A joint under the robot's base, and how an action moves it."""
 
-    Attributes:
-        name: of the joint and its actuator in the surroundings' model.
-        lowest, highest: ends of its range [m or rad]; it starts at 0, which lies in it.
-        rate_per_s: how fast it moves at full action [m/s or rad/s].
-    """
-
-    name: str
-    lowest: float
+    name: str  # of the joint and its actuator in the surroundings' model
+    lowest: float  # ends of its range [m or rad]; it starts at 0, which lies in it
     highest: float
-    rate_per_s: float
+    rate_per_s: float  # how fast it moves at full action [m/s or rad/s]
 
 
 class ClinicalEnv(TipEnv, Generic[A]):

@@ -1,4 +1,4 @@
-"""The task of bringing a clip under the leaflets of the mitral valve, and a controller for it."""
+"""The task of bringing a clip under the leaflets of the mitral valve."""
 
 from __future__ import annotations
 
@@ -269,19 +269,15 @@ class DeliverEnv(ClinicalEnv[Case]):
         super()._prepare()
 
     def draw(self, rng: np.random.Generator) -> Case:
-        """Return a random heart, the way through it for the nominal robot, and a flow."""
         return random_case(self.known, rng, flow_N=self._flow_N)
 
     def middle(self) -> Case:
-        """Return the median heart."""
         return median_case(self.known)
 
     def surround(self, anatomy: Case, robot: RobotSpec, actuation: str) -> Surroundings:
-        """Return the robot's model in the heart."""
         return in_heart(anatomy, cast("CatheterRobot", robot))
 
     def begin(self) -> None:
-        """Set the target of this heart."""
         self._held, self._time_s = 0, 0.0
         self._look()
         self.target = implant_target(self.anatomy, self._mount)
@@ -292,7 +288,6 @@ class DeliverEnv(ClinicalEnv[Case]):
         self._heart = {"annulus": annulus / self.length_m, "atrium": size / self.length_m}
 
     def judge(self) -> tuple[float, bool]:
-        """Return the reward for place and turn of the implant, and whether it has been held for a beat."""
         self._time_s += CONTROL_STEP_S
         self._look()
         error = self._error()
@@ -303,11 +298,9 @@ class DeliverEnv(ClinicalEnv[Case]):
         return -cost, self._held >= HELD_STEPS
 
     def task_bounds(self) -> Bounds:
-        """Return the bounds of the parts in the class's second table."""
         return {name: (np.full(size, low), high) for name, (size, low, high) in _PARTS.items()}
 
     def task_parts(self) -> Mapping[str, Array]:
-        """Return the values of these parts."""
         beat = self.anatomy.flow.beat_rad(self._time_s)
         return {
             "target_direction": self.target[:3, 2],
@@ -319,7 +312,6 @@ class DeliverEnv(ClinicalEnv[Case]):
         }
 
     def seen_points(self) -> Array:
-        """Return the corners of a box around atrium, valve and the sheath's end."""
         anatomy = self.anatomy.plan.anatomy
         ends = np.array([anatomy.atrium_x_m, anatomy.atrium_y_m, anatomy.atrium_height_m])
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-_BELOW, 1)]) * ends

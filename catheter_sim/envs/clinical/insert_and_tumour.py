@@ -1,4 +1,4 @@
-"""The tasks of a chest tube in the pleural space and of an endoscope at a tumour, with controllers."""
+"""The tasks of a chest tube in the pleural space and of an endoscope at a tumour."""
 
 from __future__ import annotations
 
@@ -9,46 +9,21 @@ from typing import Any, ClassVar
 import numpy as np
 import trimesh
 
-from catheter_sim.anatomy.anatomies import CHEST_RANGES as RANGES
-from catheter_sim.anatomy.anatomies import (
-    SHEATH_M,
-    TUMOUR_RADIUS_M,
-    Chest,
-    Ventricles,
-    aspiration_point,
-    blocks,
-    channel_boxes,
-    diaphragm,
-    facings,
-    foramen,
-    is_foramen,
-    lung,
-    median_chest,
-    median_ventricles,
-    meshes,
-    random_chest,
-    random_ventricles,
-    ring_places,
-    shell,
-    tumour,
-    tumour_mesh,
-    tumour_points,
-    ventricle_wall,
-    wall_boxes,
-)
+from catheter_sim.anatomy import anatomies
+from catheter_sim.anatomy.anatomies import Chest, Ventricles
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.clinical.base import BaseMotion, ClinicalEnv
-from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
+from catheter_sim.envs.surroundings import Surroundings, on_a_slide
 from catheter_sim.envs.tip import Bounds
 from catheter_sim.mjcf.document import ALL_DIGITS, Element
-from catheter_sim.modelling.attach import INSERTION, ROLL, add_mesh, carry, text, touched, touched_block
+from catheter_sim.modelling.attach import INSERTION, ROLL, add_mesh, text, touched, touched_block
 
 # ----------------------------------------------------------------------------------------------------
 # The task of bringing the tip of a chest tube's robot to an aspiration point in the pleural space.
 
 GUIDE_M = 3.3e-3  # half the width of the guide outside the skin; assumed: 0.2 mm of room on each side
-INSERT_STROKE_M = RANGES["wall_m"][1] + 0.17  # of the insertion, from the skin
+INSERT_STROKE_M = anatomies.CHEST_RANGES["wall_m"][1] + 0.17  # of the insertion, from the skin
 # Assumed: 20 cm of water, what a lung bears as pressure across it, on the face of the robot of 6.2 mm: 59 mN.
 ORGAN_LIMIT_N = 1961.3 * math.pi * 3.1e-3**2
 WALL_LIMIT_N = 10.0  # assumed: chest tubes are pushed through muscle by hand, with more
@@ -131,38 +106,31 @@ class InsertEnv(ClinicalEnv[Chest]):
     }
 
     def draw(self, rng: np.random.Generator) -> Chest:
-        """Return a random anatomy."""
-        return random_chest(rng)
+        return anatomies.random_chest(rng)
 
     def middle(self) -> Chest:
-        """Return the anatomy in the middle of all ranges."""
-        return median_chest()
+        return anatomies.median_chest()
 
     def surround(self, anatomy: Chest, robot: RobotSpec, actuation: str) -> Surroundings:
-        """Return the robot in its guide before the skin."""
-        root = robot_tree(robot, actuation)
-        length = sum(segment.length_m for segment in robot.segments)
-        base = np.eye(4)
-        base[2, 3] = -anatomy.wall_m - length
-        carry(root, robot.dynamics, base, roll=True)
+        root, length = on_a_slide(robot, actuation, -anatomy.wall_m)
         world = root.part("worldbody")
-        let_touch(robot, world)
-        guide = channel_boxes(GUIDE_M, -anatomy.wall_m, base[2, 3] - 0.02, GUIDE_M + _GUIDE_WALL_M)
+        begins = -anatomy.wall_m - length - 0.02
+        guide = anatomies.channel_boxes(GUIDE_M, -anatomy.wall_m, begins, GUIDE_M + _GUIDE_WALL_M)
         for region, boxes, found in (
-            ("wall", wall_boxes(anatomy), FOUND_M),
+            ("wall", anatomies.wall_boxes(anatomy), FOUND_M),
             ("guide", guide, _GUIDE_FOUND_M),
         ):
             for number, (half, middle) in enumerate(boxes):
                 shape = {"type": "box", "size": text(half), "pos": text(middle), "margin": found}
                 touched(world, name=f"tissue_{region}_{number}", **shape)
         organs = {
-            "lung": (anatomy.lung_radius_m, lung(anatomy)),
-            "diaphragm": (anatomy.diaphragm_radius_m, diaphragm(anatomy)),
+            "lung": (anatomy.lung_radius_m, anatomies.lung(anatomy)),
+            "diaphragm": (anatomy.diaphragm_radius_m, anatomies.diaphragm(anatomy)),
         }
         for name, (radius, middle) in organs.items():
             shape = {"type": "sphere", "size": radius, "pos": text(middle), "margin": FOUND_M}
             touched(world, name=f"tissue_{name}_0", **shape)
-        for name, mesh in meshes(anatomy).items():
+        for name, mesh in anatomies.meshes(anatomy).items():
             add_mesh(root, name, mesh, _RGBA[name])
         stiffness = {
             "wall": WALL_N_PER_M,
@@ -173,15 +141,12 @@ class InsertEnv(ClinicalEnv[Chest]):
         return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION, ROLL))
 
     def begin(self) -> None:
-        """Take the aspiration point from the anatomy."""
-        self.target_m = aspiration_point(self.anatomy)
+        self.target_m = anatomies.aspiration_point(self.anatomy)
 
     def judge(self) -> tuple[float, bool]:
-        """Return minus the tip's distance, and whether it is near enough."""
         return -self._distance_m / self.length_m, self._distance_m <= self.tolerance_m
 
     def task_bounds(self) -> Bounds:
-        """Return the wall's thickness and the lung's place."""
         return {
             "wall": (np.zeros(1), 1.0),
             "lung": (np.full(3, -2.0), 2.0),
@@ -189,15 +154,13 @@ class InsertEnv(ClinicalEnv[Chest]):
         }
 
     def task_parts(self) -> Mapping[str, Array]:
-        """Return the wall's thickness, and the lung's middle and radius."""
         return {
             "wall": np.array([self.anatomy.wall_m / self.length_m]),
-            "lung": lung(self.anatomy) / self.length_m,
+            "lung": anatomies.lung(self.anatomy) / self.length_m,
             "lung_radius": np.array([self.anatomy.lung_radius_m / self.length_m]),
         }
 
     def seen_points(self) -> Array:
-        """Return corners of what matters."""
         return np.array([[-0.08, -0.06, -0.1], [0.16, 0.06, 0.12]])
 
 
@@ -292,52 +255,43 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     points_m: Array
 
     def draw(self, rng: np.random.Generator) -> Ventricles:
-        """Return a random anatomy."""
-        return random_ventricles(rng)
+        return anatomies.random_ventricles(rng)
 
     def middle(self) -> Ventricles:
-        """Return the anatomy in the middle of all ranges."""
-        return median_ventricles()
+        return anatomies.median_ventricles()
 
     def surround(self, anatomy: Ventricles, robot: RobotSpec, actuation: str) -> Surroundings:
-        """Return the robot in its sheath before the ventricles."""
-        root = robot_tree(robot, actuation)
-        length = sum(segment.length_m for segment in robot.segments)
-        base = np.eye(4)
-        base[2, 3] = -length
-        carry(root, robot.dynamics, base, roll=True)
+        root, length = on_a_slide(robot, actuation, 0.0)
         world = root.part("worldbody")
-        let_touch(robot, world)
-        around = ventricle_wall(anatomy)
-        per_ring = len(around.cells) // (len(ring_places(anatomy)) - 1)
-        for number, (corners, facing) in enumerate(zip(blocks(around), facings(around), strict=True)):
+        around = anatomies.ventricle_wall(anatomy)
+        per_ring = len(around.cells) // (len(anatomies.ring_places(anatomy)) - 1)
+        blocks = zip(anatomies.blocks(around), anatomies.facings(around), strict=True)
+        for number, (corners, facing) in enumerate(blocks):
             ring = number // per_ring
-            name = "lateral" if ring_places(anatomy)[ring] < anatomy.lateral_length_m else "third"
-            name = "foramen" if is_foramen(anatomy, ring) else name
+            name = "lateral" if anatomies.ring_places(anatomy)[ring] < anatomy.lateral_length_m else "third"
+            name = "foramen" if anatomies.is_foramen(anatomy, ring) else name
             touched_block(root, f"tissue_{name}_{number}", corners, facing, margin=FOUND_M)
         touched(
             world,
             name="tissue_tumour_0",
             margin=FOUND_M,
             type="sphere",
-            size=TUMOUR_RADIUS_M,
-            pos=text(tumour(anatomy)),
+            size=anatomies.TUMOUR_RADIUS_M,
+            pos=text(anatomies.tumour(anatomy)),
         )
         _add_sheath(world, length)
-        add_mesh(root, "ventricles", shell(around), _WALL_RGBA)
-        add_mesh(root, "tumour", tumour_mesh(anatomy), _TUMOUR_RGBA)
+        add_mesh(root, "ventricles", anatomies.shell(around), _WALL_RGBA)
+        add_mesh(root, "tumour", anatomies.tumour_mesh(anatomy), _TUMOUR_RGBA)
         add_mesh(root, "sheath", _sheath_mesh(length), _SHEATH_RGBA)
         stiffness = {**dict.fromkeys(REGIONS, TISSUE_N_PER_M), "sheath": SHEATH_N_PER_M}
         return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION, ROLL))
 
     def begin(self) -> None:
-        """Draw the points."""
-        self.points_m = tumour_points(self.anatomy, self.np_random, POINTS)
+        self.points_m = anatomies.tumour_points(self.anatomy, self.np_random, POINTS)
         self._next = 0
         self.target_m = self.points_m[0]
 
     def judge(self) -> tuple[float, bool]:
-        """Return minus the way that is left, and whether all points were reached."""
         if self._distance_m <= self.tolerance_m:
             self._next += 1
             if self._next < POINTS:
@@ -349,7 +303,6 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         return -(self._distance_m + float(between)) / self.length_m, False
 
     def task_bounds(self) -> Bounds:
-        """Return the foramen and the number of points left."""
         return {
             "foramen": (np.full(3, -2.0), 2.0),
             "foramen_axis": (np.full(3, -1.0), 1.0),
@@ -357,8 +310,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         }
 
     def task_parts(self) -> Mapping[str, Array]:
-        """Return the foramen's place and axis, and the share of points left."""
-        at = foramen(self.anatomy)
+        at = anatomies.foramen(self.anatomy)
         return {
             "foramen": at.p_w[0] / self.length_m,
             "foramen_axis": at.R_w[0, :, 2],
@@ -366,8 +318,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         }
 
     def seen_points(self) -> Array:
-        """Return the wall's corners and a part of the sheath."""
-        around = ventricle_wall(self.anatomy)
+        around = anatomies.ventricle_wall(self.anatomy)
         return np.concatenate([around.outer, [(0.0, 0.0, -0.02)]])
 
     def _info(self) -> dict[str, Any]:
@@ -376,10 +327,10 @@ class TumourEnv(ClinicalEnv[Ventricles]):
 
 def _add_sheath(world: Element, length: float) -> None:
     """Add the sheath's four sides."""
-    half, wide = 0.5 * length + 0.01, 4.0 * SHEATH_M
+    half, wide = 0.5 * length + 0.01, 4.0 * anatomies.SHEATH_M
     for number, (axis, side) in enumerate(((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))):
         size, pos = np.array([wide, wide, half]), np.array([0.0, 0.0, -half])
-        size[axis], pos[axis] = _SHEATH_WALL_M, side * (SHEATH_M + _SHEATH_WALL_M)
+        size[axis], pos[axis] = _SHEATH_WALL_M, side * (anatomies.SHEATH_M + _SHEATH_WALL_M)
         touched(
             world,
             name=f"tissue_sheath_{number}",
@@ -391,6 +342,7 @@ def _add_sheath(world: Element, length: float) -> None:
 
 
 def _sheath_mesh(length: float) -> trimesh.Trimesh:
-    tube = trimesh.creation.annulus(SHEATH_M, SHEATH_M + 0.5 * _SHEATH_WALL_M, length, sections=24)
+    outer = anatomies.SHEATH_M + 0.5 * _SHEATH_WALL_M
+    tube = trimesh.creation.annulus(anatomies.SHEATH_M, outer, length, sections=24)
     tube.apply_translation((0.0, 0.0, -0.5 * length))
     return tube
