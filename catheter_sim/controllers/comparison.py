@@ -76,15 +76,9 @@ def follow(
     setting: Setting,
     progress: bool = False,
 ) -> dict[str, ControlRun]:
-    """Return the controlled motions by the names of the ways.
+    """Return the controlled motions of a catheter, which the controller believes to be another, by way.
 
-    Args:
-        robot: what is simulated, a catheter.
-        believed: what the controller takes it for.
-        desired: joint values, one row a tick, shape (r, t) [rad or m].
-        ways: how.
-        setting: what they share.
-        progress: show on standard error what is done.
+    Joint values are desired for every tick, shape (r, t) [rad or m].
 
     Raises:
         InputError: no such feedforward or motor for this robot, or a displacement beyond its range.
@@ -99,6 +93,9 @@ def follow(
         raise InputError(f"{robot.name}: cannot be taken for {believed.name}, which has other pairs")
     turned = [name for name, kind in zip(pairs, kinds, strict=True) if kind != "prismatic"]
     asked = [name for k, name in enumerate(pairs) if name in turned and np.any(desired[:, k])]
+    own = motor.Motor(gain=setting.motor_gain * motor.NOMINAL.gain)
+    servo = motor.servo(own, setting.motors == "observer")
+    servos = {} if setting.motors == "none" else dict.fromkeys(turned, servo)
     found = {}
     for way in ways:
         model_m = along(feedforward(cast(CatheterRobot, believed), way.model, setting.dead_band_m), desired)
@@ -115,14 +112,7 @@ def follow(
             setting.rate_hz,
             controllers,
             tracker,
-            _servos(turned, setting),
+            servos,
             progress=f"control, {way.name}" if progress else "",
         )
     return found
-
-
-def _servos(pairs: Sequence[str], setting: Setting) -> dict[str, motor.Servo]:
-    if setting.motors == MOTORS[0]:
-        return {}
-    own = motor.Motor(gain=setting.motor_gain * motor.NOMINAL.gain)
-    return {name: motor.servo(own, setting.motors == MOTORS[2]) for name in pairs}

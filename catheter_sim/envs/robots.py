@@ -1,4 +1,4 @@
-"""Simulated robots as environments move them: one, several on threads, or a batch."""
+"""Simulated robots as environments move them: one alone, or many on threads and batches."""
 
 from __future__ import annotations
 
@@ -269,7 +269,7 @@ class Plant:
 
 
 # ----------------------------------------------------------------------------------------------------
-# Several equal robots that one thread moves: each by itself, or all together on a batch.
+# Equal robots that one thread moves: one alone, or many together on a batch.
 #
 # Robots are chosen by their numbers from 0, rising, an array of shape (k,). Those that have diverged stay so
 # until they are reset; nothing is raised.
@@ -279,31 +279,26 @@ class Plant:
 # `simulation.copies.copied_together` names.
 
 
-class RobotsOneByOne:
-    """Plants, one after another.
+class RobotAlone:
+    """A plant as the only robot of its group, number 0."""
 
-    Attributes:
-        native_s: time of the processor spent outside Python since the beginning [s]; not known.
-    """
+    native_s = 0.0  # time of the processor spent outside Python since the beginning [s]; not known
 
-    native_s = 0.0
-
-    def __init__(self, plants: Sequence[Plant]) -> None:
-        self._plants = plants
-        self._finite = np.ones(len(plants), dtype=bool)
+    def __init__(self, plant: Plant) -> None:
+        self._plant, self._finite = plant, np.ones(1, dtype=bool)
 
     def reset(self, chosen: Index) -> None:
         """Return to rest, as `Plant.reset`."""
         self._finite[chosen] = True
-        self._each(chosen, lambda plant, _: plant.reset())
+        self._try(self._plant.reset)
 
     def move(self, chosen: Index, level: Array, duration_s: float) -> None:
         """Move the drives to `level`, shape (k, d), as `Plant.move`."""
-        self._each(chosen, lambda plant, place: plant.move(level[place], duration_s))
+        self._try(lambda: self._plant.move(level[0], duration_s))
 
     def settle(self, chosen: Index) -> None:
         """Wait until each is at rest, as `Plant.settle`."""
-        self._each(chosen, lambda plant, _: plant.settle())
+        self._try(self._plant.settle)
 
     def finite(self, chosen: Index) -> np.ndarray:
         """Return which have not diverged, shape (k,)."""
@@ -311,32 +306,27 @@ class RobotsOneByOne:
 
     def tips(self, chosen: Index) -> tuple[Array, Array, Array]:
         """Return the tips' places (k, 3) [m] and orientations (k, 3, 3), and tensions (k, t) [N]."""
-        found = [self._plants[one].posture() for one in chosen]
-        return (
-            np.array([posture.p_w[-1] for posture in found]),
-            np.array([posture.R_w[-1] for posture in found]),
-            np.array([posture.actuator_tension for posture in found]),
-        )
+        now = self._plant.posture()
+        return np.array([now.p_w[-1]]), np.array([now.R_w[-1]]), np.array([now.actuator_tension])
 
     def bends(self, chosen: Index) -> Array:
         """Return their bends, shape (k, *b), as `Plant.segment_bends`."""
-        return np.array([self._plants[one].segment_bends() for one in chosen])
+        return self._plant.segment_bends()[np.newaxis]
 
     def state(self, one: int) -> DrawnState:
         """Return what a picture of one of them needs."""
-        return state_of(self._plants[one].simulator)
+        return state_of(self._plant.simulator)
 
-    def _each(self, chosen: Index, act: Callable[[Plant, int], None]) -> None:
-        for place, one in enumerate(chosen):
-            if self._finite[one]:
-                try:
-                    act(self._plants[one], place)
-                except SimulationDiverged:
-                    self._finite[one] = False
+    def _try(self, act: Callable[[], None]) -> None:
+        if self._finite[0]:
+            try:
+                act()
+            except SimulationDiverged:
+                self._finite[0] = False
 
 
 class Together:
-    """Copies of a plant on a batch, where `together` affirms it; methods as of `RobotsOneByOne`."""
+    """Copies of a plant on a batch, where `together` affirms it; methods as of `RobotAlone`."""
 
     def __init__(self, plant: Plant, count: int) -> None:
         self._plant, self._copies = plant, Copies(plant.simulator, count)
@@ -383,7 +373,7 @@ class Together:
         self._inputs[chosen] = inputs
 
 
-RobotGroup = RobotsOneByOne | Together
+RobotGroup = RobotAlone | Together
 
 
 def together(plant: Plant) -> bool:

@@ -29,8 +29,8 @@ from catheter_sim.envs.robots import (
     DrawnPoints,
     Generators,
     Plant,
+    RobotAlone,
     RobotGroup,
-    RobotsOneByOne,
     change_toward,
 )
 from catheter_sim.envs.surroundings import Surround
@@ -254,12 +254,8 @@ def observe(
 ) -> Observation:
     """Return the observations of robots as they are `seen`, in the units and bounds of `space`, (n, k).
 
-    Args:
-        plant: what the robots are.
-        seen: how they stand.
-        goal: what the task asks for, by the names of `_GOAL_BOUNDS`, each of shape (n, 3), in their units.
-        space: of the observations.
-        more: the task's own further parts, as `observation_space` was given them, shape (n, ...) each.
+    The task asks for a `goal`, by the names of `_GOAL_BOUNDS` and in their units, each of shape (n, 3);
+    `more` are its own further parts, as `observation_space` was given them, shape (n, ...) each.
     """
     length = float(plant.segment_length.sum())
     parts: Mapping[str, Array] = {
@@ -284,10 +280,7 @@ def observation_space(
 ) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
     """Return the space of the observations, and where in them each part lies.
 
-    Args:
-        plant: the robot.
-        goal: names of what the task asks for, of `_GOAL_BOUNDS`.
-        more: the task's own further parts, last.
+    First the task's `goal`, of `_GOAL_BOUNDS`, then the robot, then `more`, the task's own further parts.
     """
     bounds: Bounds = {
         **{name: (np.full(3, -_GOAL_BOUNDS[name]), _GOAL_BOUNDS[name]) for name in goal},
@@ -347,11 +340,7 @@ _TARGET_RGBA = (0.10, 0.62, 0.25, 0.75)
 
 
 def checked_size(width: Any, height: Any, default: tuple[int, int]) -> tuple[int, int]:
-    """Return width and height of a picture [pixels]; `default` for what is None.
-
-    Raises:
-        InputError: one is no whole number, or not a picture's.
-    """
+    """Return width and height of a picture [pixels]; `default` for what is None."""
     sides = [
         given if side is None else checked_whole(name, side)
         for name, side, given in (("width", width, default[0]), ("height", height, default[1]))
@@ -367,15 +356,9 @@ class TargetPicture:
     """An open renderer; model and state are its own, so that drawing leaves the simulation alone."""
 
     def __init__(self, model: mujoco.MjModel, view: View, width: int, height: int) -> None:
-        """Open the renderer.
+        """Open the renderer of a copy of the robot, width and height in pixels.
 
-        Args:
-            model: the robot; a copy of it is drawn.
-            view: where to look from.
-            width, height: [pixels].
-
-        Raises:
-            InputError: the size is no picture's, or no OpenGL context can be had.
+        `InputError`: the size is no picture's, or no OpenGL context can be had.
         """
         model = copy.copy(model)
         quality = model.vis.quality
@@ -861,7 +844,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self.close()
         self.plant = self._new_plant()
         self.drives = self.plant.drives
-        self._alone = RobotsOneByOne([self.plant])
+        self._alone = RobotAlone(self.plant)
 
     def _base_after(self, change: Array) -> Array | None:
         """Return where the base goes, shape (c,), by the actions that are left for it; None: it stays."""

@@ -62,10 +62,6 @@ class _Ahead(gymnasium.Wrapper[Any, Any, Any, Any]):
         return self.done.pop() if self.done else self.env.reset(**arguments)
 
 
-def _made(make: Callable[[], gymnasium.Env[Any, Any]]) -> _Ahead:
-    return _Ahead(make())
-
-
 class OneByOneEnv(SyncVectorEnv[Any, Any]):
     """`SyncVectorEnv`, but that environments move at once where they leave Python's lock to each other."""
 
@@ -76,7 +72,8 @@ class OneByOneEnv(SyncVectorEnv[Any, Any]):
         autoreset_mode: AutoresetMode,
     ) -> None:
         """Make the environments."""
-        super().__init__([partial(_made, make) for make in env_fns], autoreset_mode=autoreset_mode)
+        makers = [lambda make=make: _Ahead(make()) for make in env_fns]  # type: ignore[misc]
+        super().__init__(makers, autoreset_mode=autoreset_mode)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self._begun = np.zeros(self.num_envs, dtype=bool)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from catheter_sim.envs.reach_and_track import ReachEnv
-from catheter_sim.envs.robots import DrawnPoints, Plant, RobotsOneByOne, random_targets
+from catheter_sim.envs.robots import DrawnPoints, Plant, RobotAlone, random_targets
 
 
 def episode(env: ReachEnv, seed: int, steps: int = 15, draw: bool = False) -> list[np.ndarray]:
@@ -30,4 +30,4 @@ def same(one: list[np.ndarray], other: list[np.ndarray]) -> bool:
 
 def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) -> DrawnPoints:
     """Return a random reachable point, at least `clearance_m` from the tip at rest, and its levels."""
-    return random_targets(plant, RobotsOneByOne([plant]), np.arange(1), [rng], clearance_m)[0]
+    return random_targets(plant, RobotAlone(plant), np.arange(1), [rng], clearance_m)[0]

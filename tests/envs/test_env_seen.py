@@ -16,7 +16,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.envs.reach_and_track import ReachEnv
-from catheter_sim.envs.robots import Plant, RobotsOneByOne
+from catheter_sim.envs.robots import Plant, RobotAlone
 from catheter_sim.envs.tip import Seen, look, observe
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
@@ -48,7 +48,7 @@ def robot() -> ContinuumRobot:
 
 def seen(plant: Plant, before: Seen | None = None) -> Seen:
     """Return how a plant stands, one row; a control step after `before`."""
-    return look(plant, RobotsOneByOne([plant]), np.arange(1), plant.level[np.newaxis], before)
+    return look(plant, RobotAlone(plant), np.arange(1), plant.level[np.newaxis], before)
 
 
 def tensions_by_hand(plant: Plant, displacement_m: Array) -> Array:

@@ -51,9 +51,11 @@ class ClinicalEnv(TipEnv, Generic[A]):
       (`surroundings.let_touch`), convex geoms `tissue_<region>_<k>`, and meshes to be seen; a region's force
       is stiffness times depth at rest, whatever the robot (`simulation.tissue`). The frame of all of it is
       the task's own: places in observations and `info` are in it;
-    - `begin()`: what the task asks for at the start of an episode (`target_m` and its own);
+    - `begin()`: what the task asks for at the start of an episode (`target_m` and its own), at rest;
     - `judge()`: called after every step; returns its reward and whether the task is done;
-    - `task_bounds()`, `task_parts()`: its own parts of the observation.
+    - `task_bounds()`, `task_parts()`: its own parts of the observation, lower bounds and the upper bound of
+      each, and their values;
+    - `seen_points()`: points that a picture shows, shape (n, 3) [m].
 
     The rest is done here. An action has the drives' changes first (as in `reach.ReachEnv`: shares of 0.05 of
     a range), then one number for each motion, in shares of what its rate allows in a step. The observation
@@ -85,36 +87,28 @@ class ClinicalEnv(TipEnv, Generic[A]):
         self.force_N = self.peak_N = np.zeros(len(self._tissue.regions))
 
     @abstractmethod
-    def draw(self, rng: np.random.Generator) -> A:
-        """Return a random anatomy."""
+    def draw(self, rng: np.random.Generator) -> A: ...
 
     @abstractmethod
-    def middle(self) -> A:
-        """Return the anatomy in the middle of all ranges."""
+    def middle(self) -> A: ...
 
     @abstractmethod
-    def surround(self, anatomy: A, robot: RobotSpec, actuation: str) -> Surroundings:
-        """Return the robot's model in the anatomy."""
+    def surround(self, anatomy: A, robot: RobotSpec, actuation: str) -> Surroundings: ...
 
     @abstractmethod
-    def begin(self) -> None:
-        """Start the task: the robot is at rest in `anatomy`."""
+    def begin(self) -> None: ...
 
     @abstractmethod
-    def judge(self) -> tuple[float, bool]:
-        """Return the task's part of the step's reward, and whether the task is done."""
+    def judge(self) -> tuple[float, bool]: ...
 
     @abstractmethod
-    def task_bounds(self) -> Bounds:
-        """Return the task's own parts of the observation: lower bounds and the upper bound of each."""
+    def task_bounds(self) -> Bounds: ...
 
     @abstractmethod
-    def task_parts(self) -> Mapping[str, Array]:
-        """Return the values of these parts."""
+    def task_parts(self) -> Mapping[str, Array]: ...
 
     @abstractmethod
-    def seen_points(self) -> Array:
-        """Return points that a picture shows, shape (n, 3) [m]."""
+    def seen_points(self) -> Array: ...
 
     def draw_goals(self, robots: RobotGroup, chosen: Index, rngs: Generators) -> list[None]:
         """Return nothing: what is asked lies in the anatomy, which is drawn before the robot is built."""
@@ -190,10 +184,10 @@ class ClinicalEnv(TipEnv, Generic[A]):
         return force_N[places] / np.array(list(self.limits_N.values()))
 
     def _more_bounds(self) -> Bounds:
-        ranges = [(min(motion.lowest / motion.highest, 0.0), motion) for motion in self.motions]
+        lowest = [min(motion.lowest / motion.highest, 0.0) for motion in self.motions]
         return {
             **self.task_bounds(),
-            "base": (np.array([low for low, _ in ranges]), 1.0),
+            "base": (np.array(lowest), 1.0),
             "force": (np.zeros(len(self.limits_N)), _FORCE_BOUND),
         }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, cast
@@ -51,30 +51,11 @@ from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.units import in_file_units
 
 # ----------------------------------------------------------------------------------------------------
-# A catheter in a heart as an environment drives it: the procedure's scene, seen from the sheath.
+# The sheath's frame, in which an environment has the procedure's scene: the robot's base frame at an
+# insertion of zero. Origin in the puncture, +z along the sheath into the atrium, +x where the robot bends
+# first.
 
 LEAFLET_N_PER_M = WALL_N_PER_M  # assumed
-
-
-def in_heart(case: Case, robot: CatheterRobot) -> Surroundings:
-    """Return the robot's model in the heart, in the sheath's frame.
-
-    That is the robot's base frame at an insertion of zero: origin in the puncture, +z along the sheath into
-    the atrium, +x where the robot bends first.
-    """
-    root = read(build_scene(robot, case.plan, tissue=True).text)
-    root.part("statistic").set(center=(0.0, 0.0, 0.03))
-    world = root.part("worldbody")
-    there = from_valve(case)
-    heart = Element("body", name="heart", pos=text(there[:3, 3]), quat=quaternion(there[:3, :3]))
-    for child in list(world.children):
-        if child.get("name") == CARRIER:
-            child.set(pos=text((0.0, 0.0, waiting_m(robot))), quat=quaternion(np.eye(3)))
-        elif child.tag != "light":
-            heart.append(child)
-    world.append(heart)
-    stiffness = {region: WALL_N_PER_M if region == "wall" else LEAFLET_N_PER_M for region in REGIONS}
-    return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION,), stream(case))
 
 
 def waiting_m(robot: CatheterRobot) -> float:
@@ -98,20 +79,6 @@ def stream(case: Case) -> Callable[[float, Array], Array]:
 
 def _force_N(flow: Flow, time_s: float, tip_m: Array) -> Array:
     return flow.force_N(time_s, float(tip_m[2]))
-
-
-def implant_target(case: Case, mount: Array) -> Array:
-    """Return where the implant is wanted under the leaflets, sheath's frame, shape (4, 4).
-
-    Its origin is the tool frame's, its x the way in which the arms open, its z the tool's.
-
-    Args:
-        case: the heart and the way.
-        mount: of the implant in the tool's frame, shape (4, 4): a turn about z (`plan.implant_turn_rad`).
-    """
-    tool = case.plan.target.copy()
-    tool[:3, 3] += case.plan.below_m * DOWN
-    return from_valve(case) @ tool @ mount
 
 
 def turned(angle_rad: float) -> Array:
@@ -252,7 +219,10 @@ class DeliverEnv(ClinicalEnv[Case]):
             InputError: an argument is impossible, or the robot has other joints.
         """
         self.angle_rad = math.radians(checked_above_zero("angle_deg", angle_deg, 180.0))
-        self._flow_N = _amplitudes(flow_N)
+        needed = "two amplitudes are needed, the lower first, none below 0"
+        self._flow_N = checked_pair("flow_N", flow_N, needed)
+        if self._flow_N[0] < 0.0:
+            raise InputError(f"flow_N = {shown(flow_N)}: {needed}")
         super().__init__(robot, settings=settings, tolerance_m=tolerance_m, **arguments)
         self.begin()
 
@@ -275,12 +245,28 @@ class DeliverEnv(ClinicalEnv[Case]):
         return median_case(self.known)
 
     def surround(self, anatomy: Case, robot: RobotSpec, actuation: str) -> Surroundings:
-        return in_heart(anatomy, cast("CatheterRobot", robot))
+        catheter = cast("CatheterRobot", robot)
+        root = read(build_scene(catheter, anatomy.plan, tissue=True).text)
+        root.part("statistic").set(center=(0.0, 0.0, 0.03))
+        world = root.part("worldbody")
+        there = from_valve(anatomy)
+        heart = Element("body", name="heart", pos=text(there[:3, 3]), quat=quaternion(there[:3, :3]))
+        for child in list(world.children):
+            if child.get("name") == CARRIER:
+                child.set(pos=text((0.0, 0.0, waiting_m(catheter))), quat=quaternion(np.eye(3)))
+            elif child.tag != "light":
+                heart.append(child)
+        world.append(heart)
+        stiffness = {region: WALL_N_PER_M if region == "wall" else LEAFLET_N_PER_M for region in REGIONS}
+        return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION,), stream(anatomy))
 
     def begin(self) -> None:
         self._held, self._time_s = 0, 0.0
         self._look()
-        self.target = implant_target(self.anatomy, self._mount)
+        # the tool frame under the leaflets, x the way in which the arms open
+        tool = self.anatomy.plan.target.copy()
+        tool[:3, 3] += self.anatomy.plan.below_m * DOWN
+        self.target = from_valve(self.anatomy) @ tool @ self._mount
         self.target_m = self.target[:3, 3].copy()
         anatomy = self.anatomy.plan.anatomy
         size = np.array([anatomy.atrium_x_m, anatomy.atrium_y_m, anatomy.atrium_height_m])
@@ -352,11 +338,3 @@ class DeliverEnv(ClinicalEnv[Case]):
         backward = across / np.linalg.norm(across) + 0.25 * valve[:, 2]
         seen = View("delivery", np.zeros(3), backward / np.linalg.norm(backward), 0.1)
         return fitted_view(seen, self.seen_points(), *self._size)
-
-
-def _amplitudes(bounds: Sequence[float]) -> tuple[float, float]:
-    needed = "two amplitudes are needed, the lower first, none below 0"
-    low, high = checked_pair("flow_N", bounds, needed)
-    if low < 0.0:
-        raise InputError(f"flow_N = {shown(bounds)}: {needed}")
-    return low, high
