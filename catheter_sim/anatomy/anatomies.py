@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import trimesh
@@ -15,6 +15,7 @@ from catheter_sim.arrays import Array
 # ----------------------------------------------------------------------------------------------------
 # Anatomies are frozen dataclasses of numbers, each with its range: drawn from it, or in the middle.
 
+A = TypeVar("A")
 Ranges = Mapping[str, tuple[float, float]]  # name of a number -> its least and largest value, SI units
 
 
@@ -36,6 +37,16 @@ def drawn(ranges: Ranges, rng: np.random.Generator) -> dict[str, float]:
 def middles(ranges: Ranges) -> dict[str, float]:
     """Return every number in the middle of its range."""
     return {name: 0.5 * (low + high) for name, (low, high) in ranges.items()}
+
+
+def random_of(kind: type[A], rng: np.random.Generator) -> A:
+    """Return an anatomy whose every number is drawn evenly from its range."""
+    return kind(**drawn(ranges_of(kind), rng))
+
+
+def median_of(kind: type[A]) -> A:
+    """Return the anatomy in the middle of all ranges."""
+    return kind(**middles(ranges_of(kind)))
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -111,19 +122,6 @@ class Chest:
     target_away_m: float = ranged(90e-3, 125e-3)
     target_azimuth_rad: float = ranged(math.radians(-20.0), math.radians(20.0))
     target_depth_m: float = ranged(36e-3, 44e-3)
-
-
-CHEST_RANGES = ranges_of(Chest)
-
-
-def random_chest(rng: np.random.Generator) -> Chest:
-    """Return an anatomy whose every number is drawn evenly from its range."""
-    return Chest(**drawn(CHEST_RANGES, rng))
-
-
-def median_chest() -> Chest:
-    """Return the anatomy in the middle of all ranges."""
-    return Chest(**middles(CHEST_RANGES))
 
 
 def lung(anatomy: Chest) -> Array:
@@ -236,19 +234,6 @@ class Place(NamedTuple):
 
     p_w: Array  # shape (n, 3) [m]
     R_w: Array  # columns: in the plane of the arc (outward of it is -), across it, along the way; (n, 3, 3)
-
-
-VENTRICLE_RANGES = ranges_of(Ventricles)
-
-
-def random_ventricles(rng: np.random.Generator) -> Ventricles:
-    """Return an anatomy whose every number is drawn evenly from its range."""
-    return Ventricles(**drawn(VENTRICLE_RANGES, rng))
-
-
-def median_ventricles() -> Ventricles:
-    """Return the anatomy in the middle of all ranges."""
-    return Ventricles(**middles(VENTRICLE_RANGES))
 
 
 def way(anatomy: Ventricles, s: Array) -> Place:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic
 
 import numpy as np
 
+from catheter_sim.anatomy.anatomies import A, median_of, random_of
 from catheter_sim.arrays import Array, Index
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs.robots import Generators, RobotGroup
@@ -27,8 +28,6 @@ from catheter_sim.units import in_file_units
 FORCE_WEIGHT = 0.1  # assumed: robot lengths that a step at the limit of force costs
 _FORCE_BOUND = 10.0  # limits
 
-A = TypeVar("A")  # what a task's anatomy is
-
 
 @dataclass(frozen=True)
 class BaseMotion:
@@ -45,7 +44,8 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     A task's own class says what `motions` its base has, what `limits_N` its regions of tissue bear, and
 
-    - `draw(rng)`: an anatomy, a value; `middle()`: the one in the middle of all ranges, used until `reset`;
+    - `anatomy_kind`, a class of numbers with ranges; or `draw(rng)`, an anatomy, a value, and `middle()`, the
+      one in the middle of all ranges, used until `reset`;
     - `surround(anatomy, robot, actuation)`: the robot's model in it (`Surroundings`): the MJCF of
       `build_mjcf`, its base carried (`modelling.attach.carry`), its elements made to touch
       (`surroundings.let_touch`), convex geoms `tissue_<region>_<k>`, and meshes to be seen; a region's force
@@ -74,6 +74,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
         peak_N: the same since the episode's start.
     """
 
+    anatomy_kind: type[A]
     motions: tuple[BaseMotion, ...]
     limits_N: ClassVar[Mapping[str, float]]
     reset_options = ("anatomy",)
@@ -86,11 +87,13 @@ class ClinicalEnv(TipEnv, Generic[A]):
         super().__init__(robot, **arguments)
         self.force_N = self.peak_N = np.zeros(len(self._tissue.regions))
 
-    @abstractmethod
-    def draw(self, rng: np.random.Generator) -> A: ...
+    def draw(self, rng: np.random.Generator) -> A:
+        """Return a random anatomy."""
+        return random_of(self.anatomy_kind, rng)
 
-    @abstractmethod
-    def middle(self) -> A: ...
+    def middle(self) -> A:
+        """Return the anatomy in the middle of all ranges."""
+        return median_of(self.anatomy_kind)
 
     @abstractmethod
     def surround(self, anatomy: A, robot: RobotSpec, actuation: str) -> Surroundings: ...

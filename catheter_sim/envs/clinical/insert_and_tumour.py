@@ -23,7 +23,7 @@ from catheter_sim.modelling.attach import INSERTION, ROLL, add_mesh, text, touch
 # The task of bringing the tip of a chest tube's robot to an aspiration point in the pleural space.
 
 GUIDE_M = 3.3e-3  # half the width of the guide outside the skin; assumed: 0.2 mm of room on each side
-INSERT_STROKE_M = anatomies.CHEST_RANGES["wall_m"][1] + 0.17  # of the insertion, from the skin
+INSERT_STROKE_M = anatomies.ranges_of(Chest)["wall_m"][1] + 0.17  # of the insertion, from the skin
 # Assumed: 20 cm of water, what a lung bears as pressure across it, on the face of the robot of 6.2 mm: 59 mN.
 ORGAN_LIMIT_N = 1961.3 * math.pi * 3.1e-3**2
 WALL_LIMIT_N = 10.0  # assumed: chest tubes are pushed through muscle by hand, with more
@@ -95,6 +95,7 @@ class InsertEnv(ClinicalEnv[Chest]):
     Those of `reach.ReachEnv`; gravity is in the entry frame.
     """
 
+    anatomy_kind = Chest
     motions = (
         BaseMotion(INSERTION, 0.0, INSERT_STROKE_M, 30e-3),
         BaseMotion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
@@ -104,12 +105,6 @@ class InsertEnv(ClinicalEnv[Chest]):
         "lung": ORGAN_LIMIT_N,
         "diaphragm": ORGAN_LIMIT_N,
     }
-
-    def draw(self, rng: np.random.Generator) -> Chest:
-        return anatomies.random_chest(rng)
-
-    def middle(self) -> Chest:
-        return anatomies.median_chest()
 
     def surround(self, anatomy: Chest, robot: RobotSpec, actuation: str) -> Surroundings:
         root, length = on_a_slide(robot, actuation, -anatomy.wall_m)
@@ -247,18 +242,13 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     Those of `reach.ReachEnv`; gravity is in the entry frame.
     """
 
+    anatomy_kind = Ventricles
     motions = (
         BaseMotion(INSERTION, 0.0, TUMOUR_STROKE_M, 20e-3),
         BaseMotion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
     )
     limits_N: ClassVar[Mapping[str, float]] = dict.fromkeys(REGIONS, LIMIT_N)
     points_m: Array
-
-    def draw(self, rng: np.random.Generator) -> Ventricles:
-        return anatomies.random_ventricles(rng)
-
-    def middle(self) -> Ventricles:
-        return anatomies.median_ventricles()
 
     def surround(self, anatomy: Ventricles, robot: RobotSpec, actuation: str) -> Surroundings:
         root, length = on_a_slide(robot, actuation, 0.0)
