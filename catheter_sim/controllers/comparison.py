@@ -30,7 +30,7 @@ MOTORS = ("none", "pd", "observer")
 class Way:
     """How a motion is followed."""
 
-    model: str  # feedforward, of `feedforward.MODELS`
+    model: str  # feedforward, of `loop.MODELS`
     feedback: bool  # whether PID on the tracker's angles is added, in joints that are asked to move
 
     @property

@@ -76,7 +76,7 @@ class ToolTracker:
     # frame, shape (3,) [rad].
     frame_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
+    def measured(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
         """Return joint values as they are measured, in the order of the pairs, shape (t,) [rad or m].
 
         Of both branches of the inverse kinematics the nearer to the true `values` is taken; what does not
@@ -330,7 +330,7 @@ class Tracker:
     # What every angle is measured too large, by a tracker whose frame is turned [rad].
     offset_rad: float = 0.0
 
-    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
+    def measured(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
         """Return joint values as they are measured, shape (t,); those that are no turns are exact."""
         noise = self.noise_rad * self.generator.standard_normal(len(values))
         return values + np.where(turns, self.offset_rad + noise, 0.0)
@@ -358,7 +358,7 @@ def run(
     Args:
         simulator: of a catheter; it is reset first.
         desired: angles and advances, one row a tick, shape (r, t) [rad or m].
-        model_m: the feedforward's displacements (`feedforward.along`), shape (r, t).
+        model_m: the feedforward's displacements (`along`), shape (r, t).
         rate_hz: ticks per second; whole steps of the simulation must fit into a tick.
         feedback: the controller of each pair that has one, by the pair's name; they are reset.
         tracker: what measures the joint values; None: exact.
@@ -397,7 +397,7 @@ def run(
     rows = len(desired)
     for row in counted(range(rows), rows, progress, "tick", bool(progress)):
         reached[row] = addresses @ simulator.data.qpos
-        seen = reached[row] if tracker is None else tracker.seen(simulator, reached[row], turns)
+        seen = reached[row] if tracker is None else tracker.measured(simulator, reached[row], turns)
         measured[row] = seen
         for k, name in enumerate(names):
             if name in controllers:

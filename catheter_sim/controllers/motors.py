@@ -172,8 +172,8 @@ def voltage_V(item: Servo, state: Array, reference_rad: float) -> float:
     error = reference_rad / GEAR - state[0]
     asked = item.proportional * error + item.derivative.C[0] * state[2] + item.derivative.D * error
     if item.observes:
-        seen = item.inverse.C @ state[5:7] + item.inverse.D * state[0]
-        asked -= seen - item.low_pass.C @ state[3:5]
+        disturbed = item.inverse.C @ state[5:7] + item.inverse.D * state[0]
+        asked -= disturbed - item.low_pass.C @ state[3:5]
     return float(asked)
 
 

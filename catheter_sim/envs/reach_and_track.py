@@ -241,7 +241,7 @@ class TrackEnv(TipEnv):
 
     ## The robot and the action
 
-    As in `reach.ReachEnv`: any robot of the package in its MuJoCo simulation, friction and effects
+    As in `ReachEnv`: any robot of the package in its MuJoCo simulation, friction and effects
     included, 0.1 s a step; an action says how far each drive's level moves, in shares of 0.05.
 
     ## The target
@@ -255,7 +255,7 @@ class TrackEnv(TipEnv):
     ## Observation
 
     A flat `Box` of float32; `layout` maps names to slices. First the target, then what
-    `reach.ReachEnv` shows of the robot (`tip` to `bend`); L is the length of the straight robot.
+    `ReachEnv` shows of the robot (`tip` to `bend`); L is the length of the straight robot.
 
     | part | size | what | unit |
     |---|---|---|---|
@@ -283,12 +283,12 @@ class TrackEnv(TipEnv):
 
     `path` holds the whole way: the drives' levels that made it, places and directions.
 
-    `info` of `reset` and `step`: that of `reach.ReachEnv`, `is_success` at the end of the way only, and
+    `info` of `reset` and `step`: that of `ReachEnv`, `is_success` at the end of the way only, and
     `angle_deg`, `rms_distance_mm` and `rms_angle_deg` (over the steps so far).
 
     ## Arguments
 
-    Those of `reach.ReachEnv` but `hold_steps`, and `time_left`: whether the observation holds it. The
+    Those of `ReachEnv` but `hold_steps`, and `time_left`: whether the observation holds it. The
     registered environments have its tolerances: 5 mm, and 2 mm for single sections and catheters.
     """
 

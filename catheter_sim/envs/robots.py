@@ -219,7 +219,7 @@ class Plant:
         mujoco.mj_fwdPosition(self.simulator.model, self.simulator.data)
         return self.simulator.posture()
 
-    def seen(self, p_w: Array, R_w: Array, what: str = "tip") -> tuple[Array, Array]:
+    def measured(self, p_w: Array, R_w: Array, what: str = "tip") -> tuple[Array, Array]:
         """Return what is measured now of positions (..., 3) [m] and orientations (..., 3, 3) of something."""
         sight, last_s = self._sights.get(what, (None, self._time_s))
         sight = sight or Sight(self.specified)
@@ -274,8 +274,8 @@ class Plant:
 # Robots are chosen by their numbers from 0, rising, an array of shape (k,). Those that have diverged stay so
 # until they are reset; nothing is raised.
 #
-# Both ways give the same numbers, and each copy those of a `plant.Plant` alone, but for rounding, which
-# friction amplifies over an episode (`vector`). `together` says which it can be; what it cannot be for,
+# Both ways give the same numbers, but for rounding, which friction amplifies over an episode
+# (`vector.vector_env`). `together` says which it can be; what it cannot be for,
 # `simulation.copies.copied_together` names.
 
 

@@ -207,38 +207,40 @@ _BEND_BOUND = 4.0  # half turns, or strokes of an advance
 _GOAL_BOUNDS = {"target": _PLACE_BOUND, "target_direction": 1.0, "target_velocity": _SPEED_BOUND}
 
 
-class Seen(NamedTuple):
+class TipState(NamedTuple):
     """Robots at the end of a control step, a row each, SI units."""
 
     tip: Array  # of the tip, true and as measured, shape (n, 3) [m]
-    seen_tip: Array
+    measured_tip: Array
     direction: Array  # unit vector along the tip's axis, true and as measured, shape (n, 3)
-    seen_direction: Array
+    measured_direction: Array
     velocity: Array  # mean over the step of the two tips, shape (n, 3) [m/s]
-    seen_velocity: Array
+    measured_velocity: Array
     level: Array  # of the drives, shape (n, d)
     tension: Array  # at the actuators, shape (n, t) [N]
     bends: Array  # of the robot, as its quick model has them, shape (n, *b) [rad or m]
 
 
-def look(plant: Plant, robots: RobotGroup, chosen: Index, level: Array, before: Seen | None = None) -> Seen:
+def look(
+    plant: Plant, robots: RobotGroup, chosen: Index, level: Array, before: TipState | None = None
+) -> TipState:
     """Return how the chosen ones of `robots`, each a `plant`, stand at levels (k, d).
 
     `before` is how they stood a control step before; without it they are at rest.
     """
     tip, axes, tension = robots.tips(chosen)
-    seen_tip, seen_axes = plant.seen(tip, axes)
-    velocity = seen_velocity = np.zeros_like(tip)
+    measured_tip, measured_axes = plant.measured(tip, axes)
+    velocity = measured_velocity = np.zeros_like(tip)
     if before is not None:
         velocity = (tip - before.tip) / CONTROL_STEP_S
-        seen_velocity = (seen_tip - before.seen_tip) / CONTROL_STEP_S
-    return Seen(
+        measured_velocity = (measured_tip - before.measured_tip) / CONTROL_STEP_S
+    return TipState(
         tip=tip,
-        seen_tip=seen_tip,
+        measured_tip=measured_tip,
         direction=axes[..., 2],
-        seen_direction=seen_axes[..., 2],
+        measured_direction=measured_axes[..., 2],
         velocity=velocity,
-        seen_velocity=seen_velocity,
+        measured_velocity=measured_velocity,
         level=level,
         tension=tension,
         bends=robots.bends(chosen),
@@ -247,12 +249,12 @@ def look(plant: Plant, robots: RobotGroup, chosen: Index, level: Array, before: 
 
 def observe(
     plant: Plant,
-    seen: Seen,
+    state: TipState,
     goal: Mapping[str, Array],
     space: gymnasium.spaces.Box,
     more: Mapping[str, Array],
 ) -> Observation:
-    """Return the observations of robots as they are `seen`, in the units and bounds of `space`, (n, k).
+    """Return the observations of robots whose states are given, in the units and bounds of `space`, (n, k).
 
     The task asks for a `goal`, by the names of `_GOAL_BOUNDS` and in their units, each of shape (n, 3);
     `more` are its own further parts, as `observation_space` was given them, shape (n, ...) each.
@@ -260,12 +262,12 @@ def observe(
     length = float(plant.segment_length.sum())
     parts: Mapping[str, Array] = {
         **goal,
-        "tip": seen.seen_tip / length,
-        "tip_direction": seen.seen_direction,
-        "tip_velocity": seen.seen_velocity / length,
-        "level": seen.level,
-        "tension": seen.tension / plant.drives.tension,
-        "bend": (seen.bends / plant.quick.bend_unit).reshape(len(seen.tip), -1),
+        "tip": state.measured_tip / length,
+        "tip_direction": state.measured_direction,
+        "tip_velocity": state.measured_velocity / length,
+        "level": state.level,
+        "tension": state.tension / plant.drives.tension,
+        "bend": (state.bends / plant.quick.bend_unit).reshape(len(state.tip), -1),
         **more,
     }
     values = np.concatenate(list(parts.values()), axis=-1)
@@ -558,7 +560,7 @@ _ONE = np.arange(1)  # the row of a robot alone
 class TipEnv(gymnasium.Env[Any, Any]):
     """A robot whose tip has something to do; what that is, a task's own class says.
 
-    A control step is 0.1 s of simulated time. The arguments are those of `reach.ReachEnv`. An environment may
+    A control step is 0.1 s of simulated time. The arguments are those of `ReachEnv`. An environment may
     be copied and pickled at any time: the copy goes on as the original would; its pictures are drawn by a
     renderer of its own.
 
@@ -662,7 +664,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self.diverged = np.zeros(count, dtype=bool)
         self._states: list[DrawnState | None] = [None] * count
         if len(self._now.tip) != count:
-            self._now = Seen(*(np.zeros((count, *part.shape[1:])) for part in self._now))
+            self._now = TipState(*(np.zeros((count, *part.shape[1:])) for part in self._now))
 
     @property
     def target_m(self) -> Array:
@@ -762,7 +764,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         """Take down how robots stand, `own` among `robots`, after a step in which they moved or at rest."""
         if not len(own):
             return
-        before = Seen(*(part[rows] for part in self._now)) if moved else None
+        before = TipState(*(part[rows] for part in self._now)) if moved else None
         for part, new in zip(self._now, look(self.plant, robots, own, self.level[rows], before), strict=True):
             part[rows] = new
         if self.pixels or self.render_mode is not None:

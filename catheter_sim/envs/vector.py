@@ -151,7 +151,7 @@ SHARED = (*_SEEN, *_TASK)  # attributes of one environment that copies have in c
 
 
 class TogetherEnv(VectorEnv[Any, Any, Any]):
-    """Many copies of one `tip.TipEnv`, rows of its arrays; see `vector_env`."""
+    """Many copies of one `TipEnv`, rows of its arrays; see `vector_env`."""
 
     metadata: dict[str, Any] = dict(TipEnv.metadata)  # noqa: RUF012 - Gymnasium's way
 
@@ -231,10 +231,10 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         """
         if not self._begun.all():
             raise gymnasium.error.ResetNeeded("step() needs a reset of every environment before it")
-        anew = self._ended if self._mode is AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
+        resetting = self._ended if self._mode is AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
         if self._mode is AutoresetMode.DISABLED:
             require_running(self._ended)
-        stepping, starting = np.flatnonzero(~anew), np.flatnonzero(anew)
+        stepping, starting = np.flatnonzero(~resetting), np.flatnonzero(resetting)
         one, level = self.one, self.one.level
         wished = checked_actions(actions, level.shape, stepping)
         goals = self._drawn(starting)

@@ -197,7 +197,7 @@ def workspace(
 #
 # Dry friction makes a posture depend on the way. Of that way the twin is given the last `REMEMBERED` rows,
 # from rest: a friction's memory fades as inputs go past where they turned before. What is forgotten by
-# that, and what the twin leaves out besides, shows when the whole way is simulated (`inverse`,
+# that, and what the twin leaves out besides, shows when the whole way is simulated (`inverse_kinematics`,
 # corrections).
 
 REMEMBERED = 8  # rows of the way that lead to a posture
@@ -529,9 +529,9 @@ class InSimulation:
 # ----------------------------------------------------------------------------------------------------
 # Inverse kinematics of any robot: inputs that bring it to each target in turn, or as near as they can.
 #
-# The rows are found on the robot's twin (`rows`). Then the whole file is simulated, and what the simulation
+# The rows are found on the robot's twin (`Rows`). Then the whole file is simulated, and what the simulation
 # misses is asked for on top, as often as it takes or is allowed; rows that it still misses by little are
-# searched for in the simulation itself (`in_simulation`).
+# searched for in the simulation itself (`InSimulation`).
 
 TOLERANCE_SHARE = 1e-3  # of the robot's length: a target that is missed by less is reached
 TOLERANCE_DEG = 0.2  # the same of angles and of the direction

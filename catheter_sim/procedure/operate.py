@@ -580,7 +580,7 @@ class Attempt:
 
 
 def attempt(robot: CatheterRobot, known: CatheterRobot | None, seed: int, number: int) -> Attempt:
-    """Plan and operate in anatomy `number` of the series `seed`; `known` as in `operate.operate`."""
+    """Plan and operate in anatomy `number` of the series `seed`; `known` as in `operate`."""
     rng = np.random.default_rng([seed, number])
     anatomy = random_anatomy(rng)
     try:

@@ -17,7 +17,7 @@ from catheter_sim.core.robot import Friction
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.envs.robots import Plant, RobotAlone
-from catheter_sim.envs.tip import Seen, look, observe
+from catheter_sim.envs.tip import TipState, look, observe
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 STILL = (0.0, 0.0, 0.0)
@@ -46,7 +46,7 @@ def robot() -> ContinuumRobot:
     )
 
 
-def seen(plant: Plant, before: Seen | None = None) -> Seen:
+def seen(plant: Plant, before: TipState | None = None) -> TipState:
     """Return how a plant stands, one row; a control step after `before`."""
     return look(plant, RobotAlone(plant), np.arange(1), plant.level[np.newaxis], before)
 
@@ -111,7 +111,7 @@ def test_what_is_observed_is_as_measured() -> None:
     shown = observe(
         env.plant, now, {"target": np.zeros((1, 3))}, env.state_space, {"held": np.zeros((1, 1))}
     )[0]
-    now, first = (Seen(*(part[0] for part in item)) for item in (now, first))
+    now, first = (TipState(*(part[0] for part in item)) for item in (now, first))
     part = {name: shown[place] for name, place in env.layout.items()}
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     assert abs(now.tip[0]) > 2e-3

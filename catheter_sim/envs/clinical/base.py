@@ -57,7 +57,7 @@ class ClinicalEnv(TipEnv, Generic[A]):
       each, and their values;
     - `seen_points()`: points that a picture shows, shape (n, 3) [m].
 
-    The rest is done here. An action has the drives' changes first (as in `reach.ReachEnv`: shares of 0.05 of
+    The rest is done here. An action has the drives' changes first (as in `ReachEnv`: shares of 0.05 of
     a range), then one number for each motion, in shares of what its rate allows in a step. The observation
     ends with the task's parts, `base`, where the base stands in shares of its motions' ranges, and `force`,
     the largest force on each region with a limit during the last step, in shares of the limit.
@@ -207,16 +207,16 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     def _info(self) -> dict[str, Any]:
         names = self._tissue.regions
-        told: dict[str, Any] = {
+        more: dict[str, Any] = {
             "force_N": dict(zip(names, map(float, self.force_N), strict=True)),
             "peak_force_N": dict(zip(names, map(float, self.peak_N), strict=True)),
             "pressed_too_hard": self.pressed_too_hard,
         }
         for motion, place in zip(self.motions, self.plant.carriage, strict=True):
-            told[f"{motion.name}_{'m' if motion.name == INSERTION else 'rad'}"] = float(place)
-        return {**super()._info(), **in_file_units(told)}
+            more[f"{motion.name}_{'m' if motion.name == INSERTION else 'rad'}"] = float(place)
+        return {**super()._info(), **in_file_units(more)}
 
     def _view(self) -> View:
         points = self.seen_points()
-        seen = View("anatomy", points.mean(axis=0), np.array([0.0, -1.0, 0.0]), 0.1)
-        return fitted_view(seen, points, *self._size)
+        view = View("anatomy", points.mean(axis=0), np.array([0.0, -1.0, 0.0]), 0.1)
+        return fitted_view(view, points, *self._size)

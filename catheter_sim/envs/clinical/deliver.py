@@ -120,7 +120,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     A catheter for the mitral valve in its MuJoCo simulation, 0.1 s a step: `mitral_transseptal` (Nayar 2022)
     or `mitral_4dof` (Nayar 2023), or a robot `.toml` with the same joints. `Box(-1, 1, (5,), float32)`: for
-    the four displacements of `reach.ReachEnv` how far their levels move, in shares of 0.05, then how far the
+    the four displacements of `ReachEnv` how far their levels move, in shares of 0.05, then how far the
     base moves along the sheath, in shares of 2 mm (20 mm/s). It goes from where the implant waits 3 mm before
     the septum to 40 mm beyond the puncture.
 
@@ -144,7 +144,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     A flat `Box` of float32; `layout` maps names to slices. Places are in the sheath's frame: origin in the
     puncture, +z along the sheath into the atrium, +x where the robot bends first. L is the length of the
-    straight robot with its tube all out. First `target` and the parts of `reach.ReachEnv` (`tip` to `bend`),
+    straight robot with its tube all out. First `target` and the parts of `ReachEnv` (`tip` to `bend`),
     then
 
     | part | size | what | unit |
@@ -190,7 +190,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     ## Arguments
 
-    Those of `reach.ReachEnv` but for `action_type` and `largest_bend_rad`, which are not for catheters; and
+    Those of `ReachEnv` but for `action_type` and `largest_bend_rad`, which are not for catheters; and
 
     - `tolerance_m`, `angle_deg`: see Episode; default 1 mm and 3 degrees.
     - `flow_N`: range of the force's amplitude [N]; (0, 0) for still blood.
@@ -199,7 +199,7 @@ class DeliverEnv(ClinicalEnv[Case]):
     limits_N = dict.fromkeys(REGIONS, LIMIT_N)
     target: Array  # frame in which the implant is wanted, shape (4, 4)
     _implant: Array  # where it is, true
-    _seen_side: Array
+    _measured_side: Array
     _heart: Mapping[str, Array]
     _held: int
     _time_s: float
@@ -291,7 +291,7 @@ class DeliverEnv(ClinicalEnv[Case]):
         return {
             "target_direction": self.target[:3, 2],
             "target_side": self.target[:3, 0],
-            "tip_side": self._seen_side,
+            "tip_side": self._measured_side,
             **self._heart,
             "beat": np.array([math.cos(beat), math.sin(beat)]),
             "held": np.array([self._held / HELD_STEPS]),
@@ -309,7 +309,9 @@ class DeliverEnv(ClinicalEnv[Case]):
         site = self.plant.simulator.data.site(TIP)
         axes = site.xmat.reshape(3, 3).copy()
         self._implant = transform(axes, site.xpos.copy()) @ self._mount
-        self._seen_side = (self.plant.seen(site.xpos.copy(), axes, "implant")[1] @ self._mount[:3, :3])[:, 0]
+        self._measured_side = (
+            self.plant.measured(site.xpos.copy(), axes, "implant")[1] @ self._mount[:3, :3]
+        )[:, 0]
 
     def _error(self) -> Array:
         """Return what is missing at the implant's middle: position [m], rotation vector [rad]; shape (6,)."""
@@ -320,7 +322,7 @@ class DeliverEnv(ClinicalEnv[Case]):
         error, axis = self._error(), self.target[:3, 2]
         deep = -float(error[:3] @ axis)
         cosine = min(max(float(self._implant[:3, 2] @ axis), -1.0), 1.0)
-        told = {
+        more = {
             "centring_m": float(np.linalg.norm(error[:3] + deep * axis)),
             "depth_m": deep,
             "tilt_rad": math.acos(cosine),
@@ -329,12 +331,12 @@ class DeliverEnv(ClinicalEnv[Case]):
             "beat_rad": self.anatomy.flow.beat_rad(self._time_s),
             "flow_N": stream(self.anatomy)(self._time_s, self._implant[:3, 3]),
         }
-        return {**super()._info(), **in_file_units(told)}
+        return {**super()._info(), **in_file_units(more)}
 
     def _view(self) -> View:
         """Return the view across the plane of sheath and valve's axis, a little from the ventricle's side."""
         valve = from_valve(self.anatomy)[:3, :3]
         across = np.cross((0.0, 0.0, 1.0), valve[:, 2])
         backward = across / np.linalg.norm(across) + 0.25 * valve[:, 2]
-        seen = View("delivery", np.zeros(3), backward / np.linalg.norm(backward), 0.1)
-        return fitted_view(seen, self.seen_points(), *self._size)
+        view = View("delivery", np.zeros(3), backward / np.linalg.norm(backward), 0.1)
+        return fitted_view(view, self.seen_points(), *self._size)

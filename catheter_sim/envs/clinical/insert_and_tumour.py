@@ -57,7 +57,7 @@ class InsertEnv(ClinicalEnv[Chest]):
     ## Observation
 
     A flat `Box` of float32; `layout` maps names to slices. First `target`, the aspiration point, then what
-    `reach.ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin where the channel opens
+    `ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin where the channel opens
     into the pleural space, z along it inward, x toward the apex, the bending direction before the roll. Then
 
     | part | size | what | unit |
@@ -88,11 +88,11 @@ class InsertEnv(ClinicalEnv[Chest]):
     ## Reset
 
     `reset(seed=...)` draws an anatomy with its aspiration point; `options={"anatomy": Chest(...)}` sets one.
-    `info`: as in `tumour.TumourEnv`, without `points_reached`.
+    `info`: as in `TumourEnv`, without `points_reached`.
 
     ## Arguments
 
-    Those of `reach.ReachEnv`; gravity is in the entry frame.
+    Those of `ReachEnv`; gravity is in the entry frame.
     """
 
     anatomy_kind = Chest
@@ -200,7 +200,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     ## Observation
 
     A flat `Box` of float32; `layout` maps names to slices. First `target`, the next point, then what
-    `reach.ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin at the sheath's end, z
+    `ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin at the sheath's end, z
     along it inward, x the bending direction before the roll. Then
 
     | part | size | what | unit |
@@ -233,13 +233,13 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     ## Reset
 
     `reset(seed=...)` draws an anatomy and the points; `options={"anatomy": Ventricles(...)}` sets one.
-    `info` of `reset` and `step`: as in `reach.ReachEnv`, in the entry frame, and `force_N` and `peak_force_N`
+    `info` of `reset` and `step`: as in `ReachEnv`, in the entry frame, and `force_N` and `peak_force_N`
     (by region: largest in the last step, and in the episode), `insertion_mm`, `roll_deg`, `points_reached`,
     `pressed_too_hard`.
 
     ## Arguments
 
-    Those of `reach.ReachEnv`; gravity is in the entry frame.
+    Those of `ReachEnv`; gravity is in the entry frame.
     """
 
     anatomy_kind = Ventricles
