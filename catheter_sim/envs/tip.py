@@ -230,7 +230,7 @@ def look(
     """
     tip, axes, tension = robots.tips(chosen)
     measured_tip, measured_axes = plant.measured(tip, axes)
-    velocity = measured_velocity = np.zeros_like(tip)
+    velocity, measured_velocity = np.zeros((2, *tip.shape))
     if before is not None:
         velocity = (tip - before.tip) / CONTROL_STEP_S
         measured_velocity = (measured_tip - before.measured_tip) / CONTROL_STEP_S
@@ -653,7 +653,8 @@ class TipEnv(gymnasium.Env[Any, Any]):
         self.observation_space = self.state_space
         if self.pixels:
             self.observation_space = gymnasium.spaces.Box(0, 255, (*self._size[::-1], 3), np.uint8)
-        self._now = look(self.plant, self._alone, _ONE, self.plant.level[np.newaxis])
+        standing = look(self.plant, self._alone, _ONE, self.plant.level[np.newaxis])
+        self._now = TipState(*map(np.array, standing))  # each part for itself: they are written in place
         self.make_rows(1)
         self._states[0] = self._alone.state(0)
 
