@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -19,14 +20,17 @@ import joblib
 import numpy as np
 from tqdm import tqdm
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the controllers lie
+
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.cli.arguments import whole_number
-from catheter_sim.envs.clinical.deliver import DeliverEnv, deliver
-from catheter_sim.envs.clinical.insert_and_tumour import InsertEnv, TumourEnv, insert_rates, tumour_rates
-from catheter_sim.envs.reach_and_track import ReachEnv, TrackEnv, following, resolved_rate
+from catheter_sim.envs.clinical.deliver import DeliverEnv
+from catheter_sim.envs.clinical.insert_and_tumour import InsertEnv, TumourEnv
+from catheter_sim.envs.reach_and_track import ReachEnv, TrackEnv
 from catheter_sim.envs.tip import Action, Observation
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import replaced_when_whole
+from reference.steering import deliver, following, insert_rates, resolved_rate, tumour_rates
 
 PREFIX, SUFFIX = "catheter_sim/", "-v0"
 POLICIES = ("controller", "chance")

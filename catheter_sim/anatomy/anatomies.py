@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import trimesh
@@ -13,9 +13,20 @@ import trimesh
 from catheter_sim.arrays import Array
 
 # ----------------------------------------------------------------------------------------------------
-# Numbers of an anatomy from their ranges: drawn, or in the middle.
+# Anatomies are frozen dataclasses of numbers, each with its range: drawn from it, or in the middle.
 
+A = TypeVar("A")
 Ranges = Mapping[str, tuple[float, float]]  # name of a number -> its least and largest value, SI units
+
+
+def ranged(least: float, most: float) -> Any:
+    """Return a dataclass's field for a number from `least` to `most`."""
+    return field(metadata={"range": (least, most)})
+
+
+def ranges_of(anatomy: Any) -> dict[str, tuple[float, float]]:
+    """Return the ranges of a class of anatomies."""
+    return {item.name: item.metadata["range"] for item in fields(anatomy)}
 
 
 def drawn(ranges: Ranges, rng: np.random.Generator) -> dict[str, float]:
@@ -28,22 +39,27 @@ def middles(ranges: Ranges) -> dict[str, float]:
     return {name: 0.5 * (low + high) for name, (low, high) in ranges.items()}
 
 
+def random_of(kind: type[A], rng: np.random.Generator) -> A:
+    """Return an anatomy whose every number is drawn evenly from its range."""
+    return kind(**drawn(ranges_of(kind), rng))
+
+
+def median_of(kind: type[A]) -> A:
+    """Return the anatomy in the middle of all ranges."""
+    return kind(**middles(ranges_of(kind)))
+
+
 # ----------------------------------------------------------------------------------------------------
 # A wall as a closed mesh to be drawn, and as convex pieces to be touched.
 
 
 @dataclass(frozen=True)
 class Wall:
-    """The wall as a shell.
+    """The wall as a shell."""
 
-    Attributes:
-        inner, outer: its vertices, shape (n, 3) each [m].
-        cells: indices of three or four vertices, counter-clockwise seen from outside.
-    """
-
-    inner: Array
+    inner: Array  # its vertices, shape (n, 3) [m]
     outer: Array
-    cells: tuple[tuple[int, ...], ...]
+    cells: tuple[tuple[int, ...], ...]  # of three or four vertices, counter-clockwise seen from outside
 
 
 def shell(part: Wall) -> trimesh.Trimesh:
@@ -87,54 +103,25 @@ def facings(part: Wall) -> Array:
 # channel; +x toward the apex. A large effusion has pushed the lung away from the wall. The wall's inner
 # side is taken for flat, lung and diaphragm for balls.
 
-# Least and largest value of every number of a random anatomy; assumed, unless another source is given.
-CHEST_RANGES: dict[str, tuple[float, float]] = {
-    "wall_m": (26.6e-3, 80.2e-3),  # chest_tube_2025, Section II.B
-    "effusion_m": (65e-3, 80e-3),
-    "lung_radius_m": (120e-3, 160e-3),
-    "lung_x_m": (30e-3, 80e-3),
-    "diaphragm_radius_m": (70e-3, 90e-3),
-    "diaphragm_away_m": (20e-3, 35e-3),
-    "target_away_m": (90e-3, 125e-3),
-    "target_azimuth_rad": (math.radians(-20.0), math.radians(20.0)),
-    "target_depth_m": (36e-3, 44e-3),
-}
 CHANNEL_M = 6e-3  # half the width of the dissected channel; assumed: a finger's breadth at the most
 _SLAB_M = 0.2  # half the width of what is taken of the wall; of no matter
 
 
 @dataclass(frozen=True)
 class Chest:
-    """One patient, as far as the robot meets her.
+    """One patient, as far as the robot meets her; ranges are assumed, unless another source is given."""
 
-    Attributes:
-        wall_m: thickness of the chest wall.
-        effusion_m: from the wall's inner side to the nearest of the lung.
-        lung_radius_m, lung_x_m: of the lung, and how far toward the apex its middle lies.
-        diaphragm_radius_m, diaphragm_away_m: of the dome, and how far from the channel's axis it begins.
-        target_away_m, target_azimuth_rad, target_depth_m: the aspiration point: from the channel's axis, its
-            direction about that axis from +x, and its depth under the wall's inner side.
-    """
-
-    wall_m: float
-    effusion_m: float
-    lung_radius_m: float
-    lung_x_m: float
-    diaphragm_radius_m: float
-    diaphragm_away_m: float
-    target_away_m: float
-    target_azimuth_rad: float
-    target_depth_m: float
-
-
-def random_chest(rng: np.random.Generator) -> Chest:
-    """Return an anatomy whose every number is drawn evenly from `RANGES`."""
-    return Chest(**drawn(CHEST_RANGES, rng))
-
-
-def median_chest() -> Chest:
-    """Return the anatomy in the middle of all ranges."""
-    return Chest(**middles(CHEST_RANGES))
+    wall_m: float = ranged(26.6e-3, 80.2e-3)  # thickness of the chest wall; chest_tube_2025, Section II.B
+    effusion_m: float = ranged(65e-3, 80e-3)  # from the wall's inner side to the nearest of the lung
+    lung_radius_m: float = ranged(120e-3, 160e-3)
+    lung_x_m: float = ranged(30e-3, 80e-3)  # how far toward the apex the lung's middle lies
+    diaphragm_radius_m: float = ranged(70e-3, 90e-3)  # of the dome
+    diaphragm_away_m: float = ranged(20e-3, 35e-3)  # how far from the channel's axis it begins
+    # The aspiration point: from the channel's axis, its direction about that axis from +x, and its depth
+    # under the wall's inner side.
+    target_away_m: float = ranged(90e-3, 125e-3)
+    target_azimuth_rad: float = ranged(math.radians(-20.0), math.radians(20.0))
+    target_depth_m: float = ranged(36e-3, 44e-3)
 
 
 def lung(anatomy: Chest) -> Array:
@@ -157,18 +144,15 @@ def aspiration_point(anatomy: Chest) -> Array:
 def channel_boxes(half_m: float, top_m: float, bottom_m: float, wide_m: float) -> list[tuple[Array, Array]]:
     """Return half sizes and middles of four boxes around a square channel along z, shapes (3,) each [m].
 
-    Args:
-        half_m: half the channel's width.
-        top_m, bottom_m: where along z it ends and begins.
-        wide_m: half the width of all together.
+    `half_m` is half the channel's width, `wide_m` that of all together; along z it goes from `bottom_m` to
+    `top_m`.
     """
     depth, middle = 0.5 * (top_m - bottom_m), 0.5 * (top_m + bottom_m)
     arm = 0.5 * (wide_m - half_m)
+    beside = half_m + arm
     return [
-        (np.array([arm, wide_m, depth]), np.array([half_m + arm, 0.0, middle])),
-        (np.array([arm, wide_m, depth]), np.array([-half_m - arm, 0.0, middle])),
-        (np.array([half_m, arm, depth]), np.array([0.0, half_m + arm, middle])),
-        (np.array([half_m, arm, depth]), np.array([0.0, -half_m - arm, middle])),
+        *((np.array([arm, wide_m, depth]), np.array([x, 0.0, middle])) for x in (beside, -beside)),
+        *((np.array([half_m, arm, depth]), np.array([0.0, y, middle])) for y in (beside, -beside)),
     ]
 
 
@@ -209,23 +193,6 @@ def _ball(radius: float, middle: Array) -> trimesh.Trimesh:
 # axis but for an error of aim. Ventricles are wide, as where a tumour has closed the aqueduct. Kato 2016
 # states the approach and the tumour's size, and no other dimension.
 
-# Least and largest value of every number of a random anatomy; assumed, unless another source is given.
-VENTRICLE_RANGES: dict[str, tuple[float, float]] = {
-    "lateral_length_m": (22e-3, 27e-3),
-    "lateral_radius_m": (9e-3, 12e-3),
-    # Zhu 2013 (Asian J Surg 36:74), 11 patients: mean diameters of 5.6 to 7.8 mm in three views; Jean 2019
-    # (doi 10.1007/s00701-019-03887-4): mean opening of 32.6 mm^2 in hydrocephalus, 6.4 mm across
-    "foramen_along_m": (2.8e-3, 3.9e-3),
-    "foramen_across_m": (2.8e-3, 3.9e-3),
-    "third_length_m": (25e-3, 30e-3),
-    "third_along_m": (9e-3, 11e-3),
-    "third_across_m": (6e-3, 8e-3),
-    "turn_rad": (math.radians(40.0), math.radians(60.0)),
-    "azimuth_rad": (math.radians(-30.0), math.radians(30.0)),
-    # by which the foramen lies beside where the sheath was aimed
-    "aside_along_m": (-1e-3, 1e-3),
-    "aside_across_m": (-1e-3, 1e-3),
-}
 TUMOUR_RADIUS_M = 10e-3  # Kato 2016, Introduction: soft tumours of 2 cm
 SHEATH_M = 2.0e-3  # inner radius of the sheath; assumed: a robot of 3.4 mm and room to slide
 _FORAMEN_M = 2e-3  # length of its canal; assumed ("oval-shaped cylinder", Jean 2019)
@@ -236,30 +203,25 @@ AROUND = 16  # cells of the wall
 
 @dataclass(frozen=True)
 class Ventricles:
-    """One patient, as far as the robot meets her.
+    """One patient, as far as the robot meets her; ranges are assumed, unless another source is given."""
 
-    Attributes:
-        lateral_length_m: of the way from the sheath's end to the foramen's middle.
-        lateral_radius_m: of the lateral ventricle around the way.
-        foramen_along_m, foramen_across_m: semi-axes of the foramen, in the plane of the way's arc and across.
-        third_length_m: of the way from the foramen's middle to the tumour's surface.
-        third_along_m, third_across_m: semi-axes of the third ventricle around the way.
-        turn_rad: by which the way turns from the sheath's end to the tumour.
-        azimuth_rad: of the plane of the arc about the sheath's axis, from +x.
-        aside_along_m, aside_across_m: where the foramen lies beside the arc that the sheath was aimed for.
-    """
-
-    lateral_length_m: float
-    lateral_radius_m: float
-    foramen_along_m: float
-    foramen_across_m: float
-    third_length_m: float
-    third_along_m: float
-    third_across_m: float
-    turn_rad: float
-    azimuth_rad: float
-    aside_along_m: float
-    aside_across_m: float
+    lateral_length_m: float = ranged(22e-3, 27e-3)  # of the way from the sheath's end to the foramen's middle
+    lateral_radius_m: float = ranged(9e-3, 12e-3)  # of the lateral ventricle around the way
+    # Semi-axes of the foramen, in the plane of the way's arc and across. Zhu 2013 (Asian J Surg 36:74), 11
+    # patients: mean diameters of 5.6 to 7.8 mm in three views; Jean 2019 (doi 10.1007/s00701-019-03887-4):
+    # mean opening of 32.6 mm^2 in hydrocephalus, 6.4 mm across.
+    foramen_along_m: float = ranged(2.8e-3, 3.9e-3)
+    foramen_across_m: float = ranged(2.8e-3, 3.9e-3)
+    third_length_m: float = ranged(
+        25e-3, 30e-3
+    )  # of the way from the foramen's middle to the tumour's surface
+    third_along_m: float = ranged(9e-3, 11e-3)  # semi-axes of the third ventricle around the way
+    third_across_m: float = ranged(6e-3, 8e-3)
+    turn_rad: float = ranged(math.radians(40.0), math.radians(60.0))  # of the way, sheath's end to tumour
+    azimuth_rad: float = ranged(math.radians(-30.0), math.radians(30.0))  # of the arc's plane, from +x
+    # Where the foramen lies beside the arc that the sheath was aimed for.
+    aside_along_m: float = ranged(-1e-3, 1e-3)
+    aside_across_m: float = ranged(-1e-3, 1e-3)
 
     @property
     def length_m(self) -> float:
@@ -268,25 +230,10 @@ class Ventricles:
 
 
 class Place(NamedTuple):
-    """Places on the way.
+    """Places on the way, entry frame."""
 
-    Attributes:
-        p_w: entry frame, shape (n, 3) [m].
-        R_w: columns: in the plane of the arc (outward of it is -), across it, along the way; (n, 3, 3).
-    """
-
-    p_w: Array
-    R_w: Array
-
-
-def random_ventricles(rng: np.random.Generator) -> Ventricles:
-    """Return an anatomy whose every number is drawn evenly from `RANGES`."""
-    return Ventricles(**drawn(VENTRICLE_RANGES, rng))
-
-
-def median_ventricles() -> Ventricles:
-    """Return the anatomy in the middle of all ranges."""
-    return Ventricles(**middles(VENTRICLE_RANGES))
+    p_w: Array  # shape (n, 3) [m]
+    R_w: Array  # columns: in the plane of the arc (outward of it is -), across it, along the way; (n, 3, 3)
 
 
 def way(anatomy: Ventricles, s: Array) -> Place:
@@ -380,9 +327,7 @@ def is_foramen(anatomy: Ventricles, ring: int) -> bool:
 
 def tumour_mesh(anatomy: Ventricles) -> trimesh.Trimesh:
     """Return the tumour as a closed mesh."""
-    ball = trimesh.creation.icosphere(subdivisions=3, radius=TUMOUR_RADIUS_M)
-    ball.apply_translation(tumour(anatomy))
-    return ball
+    return _ball(TUMOUR_RADIUS_M, tumour(anatomy))
 
 
 def tumour_points(anatomy: Ventricles, rng: np.random.Generator, count: int = 3) -> Array:

@@ -28,15 +28,10 @@ MOTORS = ("none", "pd", "observer")
 
 @dataclass(frozen=True)
 class Way:
-    """How a motion is followed.
+    """How a motion is followed."""
 
-    Attributes:
-        model: feedforward, of `feedforward.MODELS`.
-        feedback: whether PID on the tracker's angles is added, in joints that are asked to move.
-    """
-
-    model: str
-    feedback: bool
+    model: str  # feedforward, of `loop.MODELS`
+    feedback: bool  # whether PID on the tracker's angles is added, in joints that are asked to move
 
     @property
     def name(self) -> str:
@@ -46,26 +41,17 @@ class Way:
 
 @dataclass(frozen=True)
 class Setting:
-    """What all ways of following share.
+    """What all ways of following share."""
 
-    Attributes:
-        gains: of the PID controllers.
-        noise_deg: standard deviation of every measured angle, white [deg].
-        frame_error_deg: what every angle is measured too large [deg].
-        seed: of the noise, the same for every way.
-        rate_hz: ticks a second.
-        motors: of `MOTORS`: pairs follow at once; by a motor's PD; by PD with a disturbance observer.
-        motor_gain: the motors' gain over the nominal one that their controller takes them to have.
-        dead_band_m: dead-bands that the feedforward compensates, by pair.
-    """
-
-    gains: Gains
-    noise_deg: float = 0.0
-    frame_error_deg: float = 0.0
-    seed: int = 0
-    rate_hz: float = RATE_HZ
+    gains: Gains  # of the PID controllers
+    noise_deg: float = 0.0  # standard deviation of every measured angle, white [deg]
+    frame_error_deg: float = 0.0  # what every angle is measured too large [deg]
+    seed: int = 0  # of the noise, the same for every way
+    rate_hz: float = RATE_HZ  # ticks a second
+    # Of `MOTORS`: pairs follow at once; by a motor's PD; by PD with a disturbance observer.
     motors: str = "none"
-    motor_gain: float = 1.0
+    motor_gain: float = 1.0  # the motors' gain over the nominal one that their controller takes them to have
+    # Dead-bands that the feedforward compensates, by pair.
     dead_band_m: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -90,15 +76,9 @@ def follow(
     setting: Setting,
     progress: bool = False,
 ) -> dict[str, ControlRun]:
-    """Return the controlled motions by the names of the ways.
+    """Return the controlled motions of a catheter, which the controller believes to be another, by way.
 
-    Args:
-        robot: what is simulated, a catheter.
-        believed: what the controller takes it for.
-        desired: joint values, one row a tick, shape (r, t) [rad or m].
-        ways: how.
-        setting: what they share.
-        progress: show on standard error what is done.
+    Joint values are desired for every tick, shape (r, t) [rad or m].
 
     Raises:
         InputError: no such feedforward or motor for this robot, or a displacement beyond its range.
@@ -113,6 +93,9 @@ def follow(
         raise InputError(f"{robot.name}: cannot be taken for {believed.name}, which has other pairs")
     turned = [name for name, kind in zip(pairs, kinds, strict=True) if kind != "prismatic"]
     asked = [name for k, name in enumerate(pairs) if name in turned and np.any(desired[:, k])]
+    own = motor.Motor(gain=setting.motor_gain * motor.NOMINAL.gain)
+    servo = motor.servo(own, setting.motors == "observer")
+    servos = {} if setting.motors == "none" else dict.fromkeys(turned, servo)
     found = {}
     for way in ways:
         model_m = along(feedforward(cast(CatheterRobot, believed), way.model, setting.dead_band_m), desired)
@@ -129,14 +112,7 @@ def follow(
             setting.rate_hz,
             controllers,
             tracker,
-            _servos(turned, setting),
+            servos,
             progress=f"control, {way.name}" if progress else "",
         )
     return found
-
-
-def _servos(pairs: Sequence[str], setting: Setting) -> dict[str, motor.Servo]:
-    if setting.motors == MOTORS[0]:
-        return {}
-    own = motor.Motor(gain=setting.motor_gain * motor.NOMINAL.gain)
-    return {name: motor.servo(own, setting.motors == MOTORS[2]) for name in pairs}

@@ -46,10 +46,7 @@ def ticks_s(duration_s: float, rate_hz: float) -> Array:
 def through(corners: Sequence[float], legs_s: Sequence[float], at_s: Array) -> Array:
     """Return values that move from corner to corner in half waves of a cosine, at rest at each, shape (r,).
 
-    Args:
-        corners: in their unit, shape (c,).
-        legs_s: time from each corner to the next, shape (c - 1,) [s].
-        at_s: times, shape (r,) [s]; after the last corner the value stays there.
+    The c `corners` are c - 1 legs apart in time; after the last corner the value stays there.
     """
     ends = np.cumsum(legs_s)
     leg = np.minimum(np.searchsorted(ends, at_s, side="right"), len(legs_s) - 1)
@@ -70,29 +67,20 @@ def through(corners: Sequence[float], legs_s: Sequence[float], at_s: Array) -> A
 
 @dataclass(frozen=True)
 class ToolTracker:
-    """Joint angles from the tool's orientation, with noise.
+    """Joint angles from the tool's orientation, with noise."""
 
-    Attributes:
-        robot: what the controller takes the robot for: of a design with an inverse kinematics.
-        noise_rad: standard deviation of every angle at every tick, white [rad].
-        generator: draws the noise.
-        frame_rad: by which the tracker's frame is turned from the robot's base frame, as a rotation
-            vector in the base frame, shape (3,) [rad].
-    """
-
-    robot: CatheterRobot
-    noise_rad: float
-    generator: np.random.Generator
+    robot: CatheterRobot  # what the controller takes the robot for: of a design with an inverse kinematics
+    noise_rad: float  # standard deviation of every angle at every tick, white [rad]
+    generator: np.random.Generator  # draws the noise
+    # By which the tracker's frame is turned from the robot's base frame, as a rotation vector in the base
+    # frame, shape (3,) [rad].
     frame_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
+    def measured(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
         """Return joint values as they are measured, in the order of the pairs, shape (t,) [rad or m].
 
-        Args:
-            simulator: of the robot.
-            values: true ones; of both branches of the inverse kinematics the nearer to them is taken, and
-                an advance is measured exactly.
-            turns: which are angles, shape (t,).
+        Of both branches of the inverse kinematics the nearer to the true `values` is taken; what does not
+        turn, an advance, is measured exactly.
         """
         found = tool_angles(self.robot, simulator.posture().R_w[-1], values, self.frame_rad)
         noise = self.noise_rad * self.generator.standard_normal(len(values))
@@ -104,13 +92,8 @@ def tool_angles(
 ) -> Array:
     """Return the joint values of a tool's orientation, in the order of the pairs, shape (t,).
 
-    An advance is no matter of orientation: its entry says nothing.
-
-    Args:
-        robot: of a design with an inverse kinematics.
-        R_tool: orientation of the tool in the base frame, shape (3, 3).
-        values: near which the answer is sought, shape (t,).
-        frame_rad: turn of the tracker's frame, a rotation vector, shape (3,).
+    An advance is no matter of orientation: its entry says nothing. The answer is sought near `values`, (t,);
+    `R_tool` is in the base frame, from which the tracker's is turned by a rotation vector.
     """
     tool = np.eye(4)
     tool[:3, :3] = Rotation.from_rotvec(frame_rad).as_matrix().T @ R_tool
@@ -150,7 +133,6 @@ class Advance:
     """A tube: pushed as desired."""
 
     def displacement_m(self, value: float) -> float:
-        """Return the advance itself [m]."""
         return value
 
 
@@ -165,7 +147,6 @@ class Pure:
         self._before_rad, self._direction = 0.0, 0.0
 
     def displacement_m(self, value: float) -> float:
-        """Return the displacement for the next desired angle [rad]."""
         if value != self._before_rad:
             self._direction = math.copysign(1.0, value - self._before_rad)
         self._before_rad = value
@@ -181,7 +162,6 @@ class Stretching:
         self._pulled = 0  # the side that bends, or bent last
 
     def displacement_m(self, value: float) -> float:
-        """Return the displacement for the next desired angle [rad]."""
         angle_deg = math.degrees(value)
         if angle_deg != 0.0:
             self._pulled = 0 if angle_deg > 0.0 else 1
@@ -195,14 +175,13 @@ class Stretching:
 class ModifiedBending:
     """Nayar 2022, Eq. 25 solved for the displacement: two lines, no history.
 
-    For bends to the + side alone, and from the -4.2 deg on that Eq. 25 has at no displacement.
+    For bends to the + side alone, and from the -4.2 deg on that Eq. 25 has at no displacement: 0 below them.
     """
 
     def __init__(self, segment: CatheterSegment, calibration: BendingCalibration = BENDING) -> None:
         self._arm_mm, self._calibration = segment.arm_m * 1e3, calibration
 
     def displacement_m(self, value: float) -> float:
-        """Return the displacement for the next desired bend [rad]; 0 below what none gives."""
         alphas, betas = self._calibration.alpha, self._calibration.beta_mm
         first, second = (
             1e-3 * (alpha * self._arm_mm * math.degrees(value) + beta)
@@ -223,7 +202,6 @@ class ModifiedTorsion:
         self._before_rad, self._loading = calibration.lower_rad, True
 
     def displacement_m(self, value: float) -> float:
-        """Return the displacement for the next desired angle [rad]."""
         calibration = self._calibration
         angle = min(max(value, calibration.lower_rad), calibration.upper_rad)
         if angle != self._before_rad:
@@ -238,13 +216,10 @@ class ModifiedTorsion:
 def feedforward(
     robot: CatheterRobot, model: str, dead_band_m: Mapping[str, float] | None = None
 ) -> list[JointFeedforward]:
-    """Return the feedforward of every pair, in the robot's order, from new tendons at rest.
+    """Return the feedforward of every pair, in the order of the robot that the controller takes it for.
 
-    Args:
-        robot: what the controller takes the robot for.
-        model: of `MODELS`.
-        dead_band_m: whole dead-bands to be compensated, by name of a torsion joint's pair; not of "mk",
-            which has its own.
+    Tendons are new and at rest, `model` is of `MODELS`. Whole dead-bands are compensated, by name of a
+    torsion joint's pair; not of "mk", which has its own.
 
     Raises:
         InputError: the model is unknown or not of this robot's design, or a dead-band has no such pair.
@@ -267,11 +242,9 @@ def feedforward(
 
 
 def along(joints: list[JointFeedforward], desired: Array) -> Array:
-    """Return the displacements along desired joint values, shape (r, t), in the order of the pairs [m].
+    """Return the displacements along desired angles and advances, both (r, t), in the order of the pairs [m].
 
-    Args:
-        joints: `feedforward`; they go on from where they are.
-        desired: angles and advances, shape (r, t) [rad or m].
+    The `joints`, of `feedforward`, go on from where they are.
     """
     columns = [
         [joint.displacement_m(float(value)) for value in desired[:, k]] for k, joint in enumerate(joints)
@@ -312,26 +285,17 @@ _WHOLE = 1e-6  # share of a period by which a tick may miss the simulation's ste
 
 @dataclass(frozen=True)
 class ControlRun:
-    """A controlled motion; columns in the order of the robot's pairs.
+    """A controlled motion; columns in the order of the robot's pairs."""
 
-    Attributes:
-        robot: name of what was simulated.
-        joints: how the joint of each pair moves: "torsion", "bending" or "prismatic".
-        times_s: ticks, shape (r,).
-        desired, reached: joint values, shape (r, t) [rad or m].
-        model_m, controller_m: displacement by feedforward and by feedback, shape (r, t).
-        displaced_m: of the pairs at the tick's end, shape (r, t); their sum but for the motors' lag.
-        measured: joint values as the tracker gave them, shape (r, t) [rad or m]; None: exact.
-    """
-
-    robot: str
-    joints: tuple[str, ...]
-    times_s: Array
-    desired: Array
+    robot: str  # name of what was simulated
+    joints: tuple[str, ...]  # how the joint of each pair moves: "torsion", "bending" or "prismatic"
+    times_s: Array  # ticks, shape (r,)
+    desired: Array  # joint values, shape (r, t) [rad or m]
     reached: Array
-    model_m: Array
+    model_m: Array  # displacement by feedforward and by feedback, shape (r, t)
     controller_m: Array
-    displaced_m: Array
+    displaced_m: Array  # of the pairs at the tick's end, shape (r, t); their sum but for the motors' lag
+    # Joint values as the tracker gave them, shape (r, t) [rad or m]; None: exact.
     measured: Array | None = None
 
     def rmse_deg(self) -> Array:
@@ -357,51 +321,23 @@ class ControlRun:
         return np.divide(controller, whole, out=np.full(whole.shape, np.nan), where=whole > 0.0)
 
 
-class AngleSensor(Protocol):
-    """What gives the controller the joint values at a tick."""
-
-    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
-        """Return the values as measured, shape (t,) [rad or m]; `values` are true, `turns` says which "
-        "turn."""
-
-
 @dataclass(frozen=True)
 class Tracker:
-    """What measures the joint angles.
+    """What measures the joint angles."""
 
-    Attributes:
-        noise_rad: standard deviation of every angle at every tick, white [rad].
-        generator: draws the noise.
-        offset_rad: what every angle is measured too large, by a tracker whose frame is turned [rad].
-    """
-
-    noise_rad: float
-    generator: np.random.Generator
+    noise_rad: float  # standard deviation of every angle at every tick, white [rad]
+    generator: np.random.Generator  # draws the noise
+    # What every angle is measured too large, by a tracker whose frame is turned [rad].
     offset_rad: float = 0.0
 
-    def measured(self, values: Array, turns: np.ndarray) -> Array:
+    def measured(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
         """Return joint values as they are measured, shape (t,); those that are no turns are exact."""
         noise = self.noise_rad * self.generator.standard_normal(len(values))
         return values + np.where(turns, self.offset_rad + noise, 0.0)
 
-    def seen(self, simulator: Simulator, values: Array, turns: np.ndarray) -> Array:
-        """Return the same; of the robot no more is needed."""
-        return self.measured(values, turns)
-
-
-def joint_values(simulator: Simulator) -> Array:
-    """Return the values of the joints in the order of the pairs, shape (t,) [rad or m]."""
-    return np.asarray(
-        _joints_of(simulator).joint_matrix(simulator.robot, simulator.model) @ simulator.data.qpos
-    )
-
 
 def joint_kinds_of(simulator: Simulator) -> tuple[str, ...]:
-    """Return how the joint of each pair moves: "torsion", "bending" or "prismatic".
-
-    Raises:
-        InputError: the robot is no catheter.
-    """
+    """Return how the joint of each pair moves: "torsion", "bending" or "prismatic"."""
     kinds: tuple[str, ...] = _joints_of(simulator).joint_kinds(simulator.robot)
     return kinds
 
@@ -412,7 +348,7 @@ def run(
     model_m: Array,
     rate_hz: float = RATE_HZ,
     feedback: Mapping[str, Pid] | None = None,
-    tracker: AngleSensor | None = None,
+    tracker: Tracker | ToolTracker | None = None,
     servos: Mapping[str, motor.Servo] | None = None,
     force_tip_N: Sequence[float] = (0.0, 0.0, 0.0),
     progress: str = "",
@@ -422,7 +358,7 @@ def run(
     Args:
         simulator: of a catheter; it is reset first.
         desired: angles and advances, one row a tick, shape (r, t) [rad or m].
-        model_m: the feedforward's displacements (`feedforward.along`), shape (r, t).
+        model_m: the feedforward's displacements (`along`), shape (r, t).
         rate_hz: ticks per second; whole steps of the simulation must fit into a tick.
         feedback: the controller of each pair that has one, by the pair's name; they are reset.
         tracker: what measures the joint values; None: exact.
@@ -461,7 +397,7 @@ def run(
     rows = len(desired)
     for row in counted(range(rows), rows, progress, "tick", bool(progress)):
         reached[row] = addresses @ simulator.data.qpos
-        seen = reached[row] if tracker is None else tracker.seen(simulator, reached[row], turns)
+        seen = reached[row] if tracker is None else tracker.measured(simulator, reached[row], turns)
         measured[row] = seen
         for k, name in enumerate(names):
             if name in controllers:

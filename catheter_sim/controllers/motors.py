@@ -21,23 +21,14 @@ from catheter_sim.arrays import Array
 
 @dataclass(frozen=True)
 class LeadScrew:
-    """A screw behind a gearbox.
+    """A screw behind a gearbox."""
 
-    Attributes:
-        gear: turns of the motor a turn of the screw.
-        lead_m: way of the nut a turn [m].
-        diameter_m: of the thread's middle [m].
-        friction: coefficient between nut and screw.
-        gear_efficiency: of the gearbox.
-        counts: of the encoder a turn of the motor.
-    """
-
-    gear: float
-    lead_m: float = 2e-3  # assumed
-    diameter_m: float = 5e-3  # assumed
-    friction: float = 0.2  # assumed: bronze on steel, dry
+    gear: float  # turns of the motor a turn of the screw
+    lead_m: float = 2e-3  # way of the nut a turn [m]; assumed
+    diameter_m: float = 5e-3  # of the thread's middle [m]; assumed
+    friction: float = 0.2  # coefficient between nut and screw; assumed: bronze on steel, dry
     gear_efficiency: float = 0.7  # assumed
-    counts: int = 48  # assumed
+    counts: int = 48  # of the encoder a turn of the motor; assumed
 
     @property
     def locks_itself(self) -> bool:
@@ -126,24 +117,15 @@ class Servo:
 
     Its state, shape (7,): shaft angle [rad] and speed [rad/s] of the motor, then the states of the
     filtered derivative, of Q and of Q G_m^-1.
-
-    Attributes:
-        rate_hz: of the controller.
-        proportional: [V/rad].
-        plant: the motor itself, its input held over a period.
-        derivative: of the PD, filtered [V].
-        low_pass: Q; its input is held, so that it needs no input of the same instant.
-        inverse: Q G_m^-1, by Tustin's rule.
-        observes: whether what the observer finds is taken off.
     """
 
-    rate_hz: float
-    proportional: float
-    plant: Block
-    derivative: Block
-    low_pass: Block
-    inverse: Block
-    observes: bool
+    rate_hz: float  # of the controller
+    proportional: float  # [V/rad]
+    plant: Block  # the motor itself, its input held over a period
+    derivative: Block  # of the PD, filtered [V]
+    low_pass: Block  # Q; its input is held, so that it needs no input of the same instant
+    inverse: Block  # Q G_m^-1, by Tustin's rule
+    observes: bool  # whether what the observer finds is taken off
 
 
 def transfer_function(motor: Motor) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -180,46 +162,28 @@ def servo(motor: Motor = NOMINAL, observes: bool = True, rate_hz: float = RATE_H
     )
 
 
-def at_rest(pulley_rad: float = 0.0, item: Servo | None = None) -> Array:
-    """Return the state of a servo at rest with its pulley at an angle, shape (7,).
-
-    With the pulley away from zero its `item` is needed: the inverse's filter must have settled there.
-    """
-    state = np.zeros(7)
-    if item is not None:
-        state[0] = pulley_rad / GEAR
-        block = item.inverse
-        state[5:7] = np.linalg.solve(np.eye(2) - block.A, block.B * state[0])
-    return state
+def at_rest() -> Array:
+    """Return the state of a servo at rest with its pulley at zero, shape (7,)."""
+    return np.zeros(7)
 
 
 def voltage_V(item: Servo, state: Array, reference_rad: float) -> float:
-    """Return what the controller asks for, before the supply limits it [V].
-
-    Args:
-        item: the servo.
-        state: shape (7,).
-        reference_rad: of the pulley.
-    """
+    """Return what the controller asks for in a `state` (7,), before the supply limits it [V]."""
     error = reference_rad / GEAR - state[0]
     asked = item.proportional * error + item.derivative.C[0] * state[2] + item.derivative.D * error
     if item.observes:
-        seen = item.inverse.C @ state[5:7] + item.inverse.D * state[0]
-        asked -= seen - item.low_pass.C @ state[3:5]
+        disturbed = item.inverse.C @ state[5:7] + item.inverse.D * state[0]
+        asked -= disturbed - item.low_pass.C @ state[3:5]
     return float(asked)
 
 
 def advanced(
     item: Servo, state: Array, reference_rad: float, load_Nm: float, supply_V: float = SUPPLY_V
 ) -> Array:
-    """Return the state one period later, shape (7,).
+    """Return the `state` (7,) one period later.
 
-    Args:
-        item: the servo.
-        state: shape (7,).
-        reference_rad: of the pulley.
-        load_Nm: moment of the tendons on the pulley, against the positive direction.
-        supply_V: limit of the voltage to either side; the observer is told what was applied.
+    The load is the moment of the tendons on the pulley, against the positive direction; the supply limits the
+    voltage to either side, and the observer is told what was applied.
     """
     applied = min(max(voltage_V(item, state, reference_rad), -supply_V), supply_V)
     after = np.empty(7)
@@ -288,7 +252,7 @@ def _block(A: Array, B: Array, C: Array, D: Array) -> Block:
 # PID control of joint angles on tracker feedback (Nayar 2023, Section IV-A).
 #
 # Printed: P 0.01, I 0.2, D 0.0001, without units or rate. Read here as mm of displacement per deg, per deg
-# s, and per deg/s, which the joints can bear (`critical_slope_deg_per_mm`): a pair bends its joint by 27
+# s, and per deg/s, which the joints can bear (`tests/controllers/test_pid.py`): a pair bends its joint by 27
 # deg/mm where the tendons do not stretch and by 2 to 6 where they do. Per m and rad the correction would be
 # 17 times as large, and the loop unstable without stretch.
 
@@ -327,11 +291,7 @@ class Pid:
         self._error_before: float | None = None
 
     def correction_m(self, error_rad: float) -> float:
-        """Return the displacement that the controller adds for this period [m].
-
-        Args:
-            error_rad: desired angle less measured angle.
-        """
+        """Return what the controller adds for this period [m], from the desired less the measured angle."""
         gains, limit = self._gains, self._limit_m
         change = 0.0 if self._error_before is None else error_rad - self._error_before
         self._error_before = error_rad
@@ -340,26 +300,3 @@ class Pid:
         integral = before + gains.I_m_per_rad_s * error_rad * self._period_s
         self._integral_m = min(max(integral, min(before, -limit - direct)), max(before, limit - direct))
         return min(max(direct + self._integral_m, -limit), limit)
-
-
-def critical_slope_deg_per_mm(gains: Gains = PRINTED, rate_hz: float = FEEDBACK_HZ) -> float:
-    """Return the slope of a joint, angle per displacement, beyond which the loop is unstable [deg/mm].
-
-    Of a joint that answers within a period: y' = slope * u. Its characteristic polynomial,
-    z^2 (z - 1) + slope (P z (z - 1) + I T z^2 + D (z - 1)^2 / T), leaves the unit circle at z = -1.
-    """
-    period_s = 1.0 / rate_hz
-    at_minus_one = 2.0 * gains.P_m_per_rad + gains.I_m_per_rad_s * period_s
-    at_minus_one += 4.0 * gains.D_m_s_per_rad / period_s
-    return 2.0 / at_minus_one * DEG_TO_SI
-
-
-def characteristic_roots(
-    slope_deg_per_mm: float, gains: Gains = PRINTED, rate_hz: float = FEEDBACK_HZ
-) -> np.ndarray:
-    """Return the roots of the polynomial of `critical_slope_deg_per_mm`, shape (3,), complex."""
-    P, I, D = (  # noqa: E741
-        value * slope_deg_per_mm / DEG_TO_SI
-        for value in (gains.P_m_per_rad, gains.I_m_per_rad_s / rate_hz, gains.D_m_s_per_rad * rate_hz)
-    )
-    return np.roots([1.0, -1.0 + P + I + D, -P - 2.0 * D, D])

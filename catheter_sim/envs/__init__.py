@@ -18,25 +18,14 @@ EPISODE_STEPS = 100  # control steps, 10 simulated seconds: five times the way t
 CLINICAL_STEPS = 200  # 20 simulated seconds
 _LATER: dict[str, tuple[dict[str, Any], ...]] = {"Track": ({"time_left": True},)}  # arguments of v1, v2 ...
 
-# task -> entry point, entry point for many, steps
+# task -> its class in `catheter_sim.envs`, and after how many steps an episode is truncated; many of a task
+# are made by the function in `vector` that has its name
 _TASKS = {
-    "Reach": ("catheter_sim.envs.reach_and_track:ReachEnv", "catheter_sim.envs.vector:reach", EPISODE_STEPS),
-    "Track": ("catheter_sim.envs.reach_and_track:TrackEnv", "catheter_sim.envs.vector:track", EPISODE_STEPS),
-    "Tumour": (
-        "catheter_sim.envs.clinical.insert_and_tumour:TumourEnv",
-        "catheter_sim.envs.vector:tumour",
-        CLINICAL_STEPS,
-    ),
-    "Insert": (
-        "catheter_sim.envs.clinical.insert_and_tumour:InsertEnv",
-        "catheter_sim.envs.vector:insert",
-        CLINICAL_STEPS,
-    ),
-    "Deliver": (
-        "catheter_sim.envs.clinical.deliver:DeliverEnv",
-        "catheter_sim.envs.vector:deliver",
-        CLINICAL_STEPS,
-    ),
+    "Reach": ("reach_and_track:ReachEnv", EPISODE_STEPS),
+    "Track": ("reach_and_track:TrackEnv", EPISODE_STEPS),
+    "Tumour": ("clinical.insert_and_tumour:TumourEnv", CLINICAL_STEPS),
+    "Insert": ("clinical.insert_and_tumour:InsertEnv", CLINICAL_STEPS),
+    "Deliver": ("clinical.deliver:DeliverEnv", CLINICAL_STEPS),
 }
 
 
@@ -48,18 +37,23 @@ def register_environments() -> None:
         for robot in kind.robots.PUBLISHED
         for environment in robot.environments
     ]
-    for environment, arguments in sorted(found, key=lambda item: _TASKS[item[0].task][2]):  # short ones first
+    for environment, arguments in sorted(found, key=lambda item: _TASKS[item[0].task][1]):  # short ones first
         _register(environment, arguments)
 
 
 def _register(environment: Environment, arguments: dict[str, Any]) -> None:
-    single, many, steps = _TASKS[environment.task]
+    single, steps = _TASKS[environment.task]
+    many = f"catheter_sim.envs.vector:{environment.task.lower()}"
     for version, more in enumerate([{}, *_LATER.get(environment.task, ())]):
         full = f"catheter_sim/{environment.name}-v{version}"
         if full in gymnasium.registry:
             continue
         gymnasium.register(
-            full, single, max_episode_steps=steps, kwargs={**arguments, **more}, vector_entry_point=many
+            full,
+            f"catheter_sim.envs.{single}",
+            max_episode_steps=steps,
+            kwargs={**arguments, **more},
+            vector_entry_point=many,
         )
         if version:  # v0 is not out of date, as Gymnasium would say of any that is not the highest
             gymnasium.registry[full].version = None

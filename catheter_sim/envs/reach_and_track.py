@@ -1,38 +1,29 @@
-"""The tasks of reaching a point and of following a moving target, with simple controllers."""
+"""The tasks of reaching a point and of following a moving target."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
-from catheter_sim.arrays import Array
+from catheter_sim.arrays import Array, Index
 from catheter_sim.core.document import Settings
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.envs import EPISODE_STEPS
-from catheter_sim.envs.robots import Path, Plant, change_toward
+from catheter_sim.envs.robots import Generators, Path, RobotGroup, random_paths, random_targets
 from catheter_sim.envs.tip import (
     CONTROL_STEP_S,
     DIVERGED_REWARD,
-    RATE_PER_S,
     TARGET_CLEARANCE,
-    Action,
     Bounds,
-    Observation,
     TipEnv,
     checked_flag,
-    checked_options,
     checked_whole,
-    frictionless_level,
-    random_path,
-    random_target,
     require_reachable,
 )
-from catheter_sim.pictures.images import Picture
 
 # ----------------------------------------------------------------------------------------------------
 # The task of bringing the tip of a robot to a point and resting there.
@@ -185,80 +176,52 @@ class ReachEnv(TipEnv):
         Raises:
             InputError: an argument is impossible.
         """
-        self.hold_steps, self._held = checked_whole("hold_steps", hold_steps), 0
+        self.hold_steps = checked_whole("hold_steps", hold_steps)
+        self._checked_targets: set[tuple[float, ...]] = set()
         super().__init__(robot, settings, action_type, **arguments)
 
-    def reset(
-        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Observation | Picture, dict[str, Any]]:
-        """Start an episode; see the class's text.
+    def make_rows(self, count: int) -> None:
+        """Make room for so many robots."""
+        super().make_rows(count)
+        self._held = np.zeros(count, dtype=int)
 
-        Args:
-            seed: of the random targets from now on; None: go on with the present generator.
-            options: `{"target": (x, y, z)}` [m], or nothing for a random target.
-
-        Raises:
-            InputError: an unknown option, or a target that is out of reach.
-        """
-        super().reset(seed=seed, options=options)
-        if self.randomised:
-            self._checked_targets.clear()
-        given = self.target_of(options or {})
-        if given is None:
-            clearance = TARGET_CLEARANCE * self.length_m
-            given = random_target(self.plant, self.np_random, clearance).tip_m
-        self.target_m = given
-        self._held = 0
-        self._start()
-        return self._observation(), self._info()
-
-    def step(self, action: Action) -> tuple[Observation | Picture, float, bool, bool, dict[str, Any]]:
-        """Move the drives for one control step; see the class's text."""
-        if not self._moved(action):
-            self._held = 0
-            return self._observation(), DIVERGED_REWARD, True, False, self._info()
-        speed = np.linalg.norm(self._now.velocity)
-        self._held = self._held + 1 if arrived(self._distance_m, speed, self.tolerance_m) else 0
-        info = self._info()
-        return self._observation(), -self._distance_m / self.length_m, info["is_success"], False, info
-
-    def target_of(self, options: Mapping[str, Any]) -> Array | None:
-        """Return the target that options of `reset` set, shape (3,) [m], or None.
-
-        Raises:
-            InputError: an unknown option, or a target that is out of reach.
-        """
-        target = checked_options(options, self.reset_options).get("target")
-        return None if target is None else self._reachable(target)
-
-    @cached_property
-    def _checked_targets(self) -> set[tuple[float, ...]]:
-        """Targets that were found in reach."""
-        return set()
-
-    def _reachable(self, target_m: Any) -> Array:
-        """Return `target_m`; one that was found in reach before is not sought again."""
+    def given_goal(self, options: Mapping[str, Any]) -> Array | None:
+        """Return the target that options of a reset set; one that was found in reach is not sought again."""
+        target_m = options.get("target")
+        if target_m is None:
+            return None
         try:
             known = tuple(float(value) for value in target_m)
         except (TypeError, ValueError):
             known = ()
-        if known in self._checked_targets:
-            return np.array(known)
-        target = require_reachable(self.plant, target_m, self.tolerance_m)
-        self._checked_targets.add(tuple(target))
-        return target
+        if self.randomised or known not in self._checked_targets:
+            known = tuple(require_reachable(self.plant, target_m, self.tolerance_m))
+            self._checked_targets.add(known)
+        return np.array(known)
 
-    def _observation(self) -> Observation | Picture:
-        return self._observed({"target": self.target_m / self.length_m})
+    def draw_goals(self, robots: RobotGroup, chosen: Index, rngs: Generators) -> list[Array]:
+        clearance = TARGET_CLEARANCE * self.length_m
+        return [found.tip_m for found in random_targets(self.plant, robots, chosen, rngs, clearance)]
 
-    def _info(self) -> dict[str, Any]:
-        return self._handed_out({**self._common_info(), "is_success": self._held >= self.hold_steps})
+    def set_goals(self, chosen: Index, goals: list[Array]) -> None:
+        self.targets_m[chosen], self._held[chosen] = goals, 0
+
+    def judge_rows(self, stepped: Index) -> tuple[Array, np.ndarray]:
+        distance, lost = self._distance()[stepped], self.diverged[stepped]
+        speed = np.linalg.norm(self._now.velocity[stepped], axis=1)
+        there = arrived(distance, speed, self.tolerance_m) & ~lost
+        self._held[stepped] = np.where(there, self._held[stepped] + 1, 0)
+        rewards = np.where(lost, DIVERGED_REWARD, -distance / self.length_m)
+        return rewards, (self._held[stepped] >= self.hold_steps) | lost
 
     def _more_bounds(self) -> Bounds:
         return {"held": (np.zeros(1), 1.0)}
 
     def _more_parts(self) -> Mapping[str, Array]:
-        return {"held": np.array([self._held / self.hold_steps])}
+        return {"held": self._held[:, np.newaxis] / self.hold_steps}
+
+    def _task_info(self) -> Mapping[str, np.ndarray]:
+        return {"is_success": self._held >= self.hold_steps}
 
 
 def arrived(distance_m: Any, speed_m_per_s: Any, tolerance_m: float) -> Any:
@@ -278,7 +241,7 @@ class TrackEnv(TipEnv):
 
     ## The robot and the action
 
-    As in `reach.ReachEnv`: any robot of the package in its MuJoCo simulation, friction and effects
+    As in `ReachEnv`: any robot of the package in its MuJoCo simulation, friction and effects
     included, 0.1 s a step; an action says how far each drive's level moves, in shares of 0.05.
 
     ## The target
@@ -292,7 +255,7 @@ class TrackEnv(TipEnv):
     ## Observation
 
     A flat `Box` of float32; `layout` maps names to slices. First the target, then what
-    `reach.ReachEnv` shows of the robot (`tip` to `bend`); L is the length of the straight robot.
+    `ReachEnv` shows of the robot (`tip` to `bend`); L is the length of the straight robot.
 
     | part | size | what | unit |
     |---|---|---|---|
@@ -320,19 +283,16 @@ class TrackEnv(TipEnv):
 
     `path` holds the whole way: the drives' levels that made it, places and directions.
 
-    `info` of `reset` and `step`: that of `reach.ReachEnv`, `is_success` at the end of the way only, and
+    `info` of `reset` and `step`: that of `ReachEnv`, `is_success` at the end of the way only, and
     `angle_deg`, `rms_distance_mm` and `rms_angle_deg` (over the steps so far).
 
     ## Arguments
 
-    Those of `reach.ReachEnv` but `hold_steps`, and `time_left`: whether the observation holds it. The
+    Those of `ReachEnv` but `hold_steps`, and `time_left`: whether the observation holds it. The
     registered environments have its tolerances: 5 mm, and 2 mm for single sections and catheters.
     """
 
     goal = ("target", "target_direction", "target_velocity")
-    path: Path
-    _step: int
-    _squares: np.ndarray
 
     def __init__(
         self, robot: RobotSpec | str | os.PathLike[str], *rest: Any, time_left: bool = False, **arguments: Any
@@ -342,73 +302,76 @@ class TrackEnv(TipEnv):
         Raises:
             InputError: an argument is impossible.
         """
-        self.time_left, self._step = checked_flag("time_left", time_left), 0
+        self.time_left = checked_flag("time_left", time_left)
         super().__init__(robot, *rest, **arguments)
 
-    def reset(
-        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Observation | Picture, dict[str, Any]]:
-        """Start an episode; see the class's text.
+    def make_rows(self, count: int) -> None:
+        """Make room for so many robots."""
+        super().make_rows(count)
+        self._levels = np.zeros((count, EPISODE_STEPS + 1, len(self.drives.names)))
+        self._way, self._looking = np.zeros((2, count, EPISODE_STEPS + 1, 3))
+        self._steps = np.zeros(count, dtype=int)
+        self._squares = np.zeros((count, 2))
 
-        Args:
-            seed: of the random ways from now on; None: go on with the present generator.
-            options: none are known.
+    @property
+    def path(self) -> Path:
+        """The whole way of this episode."""
+        return Path(self._levels[0], self._way[0], self._looking[0])
 
-        Raises:
-            InputError: an option, or a robot whose random inputs move its tip nowhere.
-        """
-        super().reset(seed=seed, options=options)
-        self.path = random_path(
-            self.plant, self.np_random, TARGET_CLEARANCE * self.length_m, EPISODE_STEPS, CONTROL_STEP_S
-        )
-        self._step, self._squares = 0, np.zeros(2)
-        self.target_m = self.path.tip_m[0]
-        self._start()
-        return self._observation(), self._info()
+    def draw_goals(self, robots: RobotGroup, chosen: Index, rngs: Generators) -> list[Path]:
+        clearance = TARGET_CLEARANCE * self.length_m
+        return random_paths(self.plant, robots, chosen, rngs, clearance, EPISODE_STEPS, CONTROL_STEP_S)
 
-    def step(self, action: Action) -> tuple[Observation | Picture, float, bool, bool, dict[str, Any]]:
-        """Move the drives for one control step; see the class's text."""
-        finite = self._moved(action)
-        self._step = min(self._step + 1, EPISODE_STEPS)
-        self.target_m = self.path.tip_m[self._step]
-        if not finite:
-            return self._observation(), DIVERGED_REWARD, True, False, self._info()
-        self._squares = self._squares + np.square([self._distance_m, self._angle_rad()])
-        cost = cost_of(self._distance_m, self._angle_rad(), self.length_m)
-        return self._observation(), -cost, False, self._step == EPISODE_STEPS, self._info()
+    def set_goals(self, chosen: Index, goals: list[Path]) -> None:
+        self._steps[chosen], self._squares[chosen] = 0, 0.0
+        self._levels[chosen] = [goal.level for goal in goals]
+        self._way[chosen] = [goal.tip_m for goal in goals]
+        self._looking[chosen] = [goal.direction for goal in goals]
+        self.targets_m[chosen] = self._way[chosen, 0]
+
+    def judge_rows(self, stepped: Index) -> tuple[Array, np.ndarray]:
+        self._steps[stepped] = np.minimum(self._steps[stepped] + 1, EPISODE_STEPS)
+        self.targets_m[stepped] = self._way[stepped, self._steps[stepped]]
+        distance, angle = self._distance()[stepped], self._angle_rad()[stepped]
+        lost = self.diverged[stepped]
+        self._squares[stepped[~lost]] += np.square(np.stack([distance, angle], axis=1)[~lost])
+        rewards = np.where(lost, DIVERGED_REWARD, -cost_of(distance, angle, self.length_m))
+        return rewards, lost
+
+    def over(self) -> np.ndarray:
+        return (self._steps == EPISODE_STEPS) & ~self.diverged
+
+    def _wanted(self) -> Array:
+        """Return the directions in which the tips' axes are wanted now, shape (n, 3)."""
+        return self._looking[np.arange(len(self._steps)), self._steps]
+
+    def _angle_rad(self) -> Array:
+        return np.asarray(angle_between(self._now.direction, self._wanted()))
+
+    def _goal(self) -> Mapping[str, Array]:
+        after = np.minimum(self._steps + 1, EPISODE_STEPS)
+        following = self._way[np.arange(len(after)), after]
+        return {
+            "target": self.targets_m / self.length_m,
+            "target_direction": self._wanted(),
+            "target_velocity": (following - self.targets_m) / (CONTROL_STEP_S * self.length_m),
+        }
 
     def _more_bounds(self) -> Bounds:
         return {"time_left": (np.zeros(1), 1.0)} if self.time_left else {}
 
     def _more_parts(self) -> Mapping[str, Array]:
-        return {"time_left": np.array([1.0 - self._step / EPISODE_STEPS])} if self.time_left else {}
+        left = 1.0 - self._steps[:, np.newaxis] / EPISODE_STEPS
+        return {"time_left": left} if self.time_left else {}
 
-    def _angle_rad(self) -> float:
-        """Return the angle between the tip's axis and the wanted one."""
-        return float(angle_between(self._now.direction, self.path.direction[self._step]))
-
-    def _observation(self) -> Observation | Picture:
-        following = self.path.tip_m[min(self._step + 1, EPISODE_STEPS)]
-        return self._observed(
-            {
-                "target": self.target_m / self.length_m,
-                "target_direction": self.path.direction[self._step],
-                "target_velocity": (following - self.target_m) / (CONTROL_STEP_S * self.length_m),
-            }
-        )
-
-    def _info(self) -> dict[str, Any]:
-        distance, angle = np.sqrt(self._squares / max(self._step, 1))
-        ended = self._step == EPISODE_STEPS and not self._diverged
-        return self._handed_out(
-            {
-                **self._common_info(),
-                "angle_rad": self._angle_rad(),
-                "rms_distance_m": float(distance),
-                "rms_angle_rad": float(angle),
-                "is_success": bool(followed(distance, angle, self.tolerance_m) and ended),
-            }
-        )
+    def _task_info(self) -> Mapping[str, np.ndarray]:
+        distance, angle = np.sqrt(self._squares / np.maximum(self._steps, 1)[:, np.newaxis]).T
+        return {
+            "angle_rad": self._angle_rad(),
+            "rms_distance_m": distance.copy(),
+            "rms_angle_rad": angle.copy(),
+            "is_success": followed(distance, angle, self.tolerance_m) & self.over(),
+        }
 
 
 def angle_between(one: Array, other: Array) -> Any:
@@ -425,84 +388,3 @@ def cost_of(distance_m: Any, angle_rad: Any, length_m: float) -> Any:
 def followed(rms_distance_m: Any, rms_angle_rad: Any, tolerance_m: float) -> Any:
     """Return whether a way with these errors was followed, shapes (...)."""
     return (rms_distance_m <= tolerance_m) & (rms_angle_rad <= DIRECTION_TOLERANCE_RAD)
-
-
-# ----------------------------------------------------------------------------------------------------
-# Simple controllers that reach targets and follow them: what a learned one is to be measured against.
-
-GAIN = 0.3  # share of the way to the target in one step; the robot follows within a step or two
-# The same of a moving target, whose own motion is added: friction takes a part of every change of a rod's or
-# tendon's pull, all of it just after a reversal. From 2 on the catheters begin to swing.
-FOLLOWING_GAIN = 1.5
-LOOKING = 0.1  # robot lengths that a wrong direction weighs, per radian
-# A bend that is farther than this from the planned one, in half turns, may belong to another branch.
-_OTHER_BRANCH = 0.15
-
-
-def resolved_rate(env: ReachEnv, observation: Observation) -> Action:
-    """Return the action that moves the tip toward the target by the frictionless Jacobian.
-
-    Actions add up in the drives' levels, so that it goes on pulling where friction holds the robot.
-    Straight to the target may end at a joint's limit, before a point that only another branch of
-    postures reaches. A robot whose drives set its bends one by one (a catheter) therefore first goes
-    near the posture in which the frictionless robot is at the target.
-
-    Args:
-        env: for the robot's lengths, drives and quick model; its state is not read.
-        observation: of `env`.
-    """
-    part = _parts(env, observation)
-    way = (part["target"] - part["tip"]) * env.length_m
-    unit = env.plant.quick.bend_unit
-    bend = part["bend"].reshape(unit.shape) * unit
-    largest = RATE_PER_S * CONTROL_STEP_S
-    if env.plant.quick.sets_bends:
-        ahead = _planned_bends(env.plant, tuple(part["target"] * env.length_m)) - bend
-        if np.abs(ahead / unit).max() > _OTHER_BRANCH:
-            change = np.linalg.solve(env.drives.bend, GAIN * ahead)
-            return np.clip(change / largest, -1.0, 1.0).astype(np.float32)
-    return _toward(env, part["level"], GAIN * way, env.plant.quick.tip_slopes(part["level"], bend))
-
-
-def following(env: TrackEnv, observation: Observation) -> Action:
-    """Return the action that keeps the tip at a moving target by the frictionless Jacobian.
-
-    The tip is to go where the target goes in the step to come, and one and a half times the way that it
-    is behind; to turn toward the target's direction weighs less. The way began at rest and knows no other
-    branch.
-
-    Args:
-        env: for the robot's lengths, drives and quick model; its state is not read.
-        observation: of `env`.
-    """
-    part = _parts(env, observation)
-    unit = env.plant.quick.bend_unit
-    bend = part["bend"].reshape(unit.shape) * unit
-    behind = FOLLOWING_GAIN * (part["target"] - part["tip"]) + part["target_velocity"] * CONTROL_STEP_S
-    turned = FOLLOWING_GAIN * (part["target_direction"] - part["tip_direction"])
-    looking = LOOKING * env.length_m
-    quick = env.plant.quick
-    slopes = np.concatenate(
-        [quick.tip_slopes(part["level"], bend), looking * quick.direction_slopes(part["level"], bend)]
-    )
-    return _toward(env, part["level"], np.concatenate([env.length_m * behind, looking * turned]), slopes)
-
-
-def _parts(env: TipEnv, observation: Observation) -> dict[str, Array]:
-    return {name: observation[place].astype(float) for name, place in env.layout.items()}
-
-
-def _toward(env: TipEnv, level: Array, way: Array, slopes: Array) -> Action:
-    """Return the action that goes `way`, shape (m,), as near as the drives can, by slopes (m, d)."""
-    largest = RATE_PER_S * CONTROL_STEP_S
-    least = np.clip(env.drives.lowest - level, -largest, 0.0)
-    most = np.clip(1.0 - level, 0.0, largest)
-    return (change_toward(way, slopes, env.length_m, least, most) / largest).astype(np.float32)
-
-
-def _planned_bends(plant: Plant, target_m: tuple[float, ...]) -> Array:
-    """Return the bends with which the frictionless robot is at the target, shape (*b) [rad, m]."""
-    if plant.planned is None or plant.planned[0] != target_m:
-        level = frictionless_level(plant, np.array(target_m))
-        plant.planned = target_m, plant.quick.reach(level[np.newaxis], plant.rest_bends)[1][0]
-    return plant.planned[1]

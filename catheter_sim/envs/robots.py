@@ -1,14 +1,13 @@
-"""Simulated robots as environments move them: one, several on threads, or a batch."""
+"""Simulated robots as environments move them: one alone, or many on threads and batches."""
 
 from __future__ import annotations
 
 import copy
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import mujoco
 import numpy as np
@@ -41,13 +40,10 @@ from catheter_sim.simulation.simulator import Simulator
 
 
 def quick_model(robot: RobotSpec, actuation: str, largest_bend_rad: float | None = None) -> QuickModel:
-    """Return the quick model of `robot`.
+    """Return the quick model of `robot`, whose `effects` are not read.
 
-    Args:
-        robot: the robot; its `effects` are not read.
-        actuation: "tension" or "displacement".
-        largest_bend_rad: what one drive alone may ask of a segment, without friction; default
-            `core.published.LARGEST_BEND_RAD`. None of a robot whose joints have limits of their own.
+    `largest_bend_rad` is what one drive alone may ask of a segment, without friction; default
+    `core.published.LARGEST_BEND_RAD`, none of a robot whose joints have limits of their own.
 
     Raises:
         InputError: no environment drives robots of this kind, the robot knows no such actuation, it has
@@ -77,11 +73,8 @@ _EFFORT = 0.02
 def change_toward(way_m: Array, slopes: Array, length_m: float, least: Array, most: Array) -> Array:
     """Return the change of the drives' levels that moves the tip by `way_m`, or as near as they can.
 
-    Args:
-        way_m: wished motion of the tip, shape (3,), or more of what is wished, (m,) [m].
-        slopes: how the tip moves with the levels (`QuickModel.tip_slopes`), shape (m, d) [m].
-        length_m: of the robot.
-        least, most: bounds of the change, least <= 0 <= most, shape (d,).
+    `way_m` is the wished motion, shape (m,) [m], by `slopes` of it by the levels, shape (m, d) [m]; `least`
+    <= 0 <= `most`, shape (d,), bound the change.
     """
     effort = _EFFORT * length_m * np.eye(slopes.shape[1])
     # A drive at the end of its range: the solver wants room between the bounds.
@@ -95,6 +88,7 @@ def change_toward(way_m: Array, slopes: Array, length_m: float, least: Array, mo
 # ----------------------------------------------------------------------------------------------------
 # A simulated robot with all its effects, moved by its drives.
 
+Generators = Sequence[np.random.Generator]
 START_S = 1.0  # simulated time in which a load that acts at rest (an offset, a payload) comes on
 
 
@@ -102,8 +96,8 @@ class Plant:
     """A simulated robot, its effects included.
 
     Effects on the inputs go from command to command, one for each `move`, and those on what is seen from look
-    to look. What they send beyond the end of a catheter's joint, where
-    its gaps have closed or its tendon is unwound, stops there: the drive stands against it.
+    to look. What they send beyond the end of a catheter's joint, where its gaps have closed or its tendon is
+    unwound, stops there: the drive stands against it.
 
     Attributes:
         specified: the robot with its effects named.
@@ -117,8 +111,6 @@ class Plant:
         inertial: it moves as its masses and its own damping let it.
         carriage: where the base is held, from where it stands in the model: the joints of `Surroundings`,
             shape (c,) [m, rad].
-        hinges: of every joint that bends its number, its place among the bends, and how many share that.
-        planned: the last target for which a controller asked, and the bends that it found; None: none yet.
     """
 
     def __init__(
@@ -132,15 +124,10 @@ class Plant:
     ) -> None:
         """Build the model.
 
-        Args:
-            robot: the robot, with or without effects.
-            actuation: "tension" or "displacement"; default: the robot's own. Effects on the inputs
-                are in its unit.
-            gravity_mps2: in the base frame, shape (3,) [m/s^2].
-            largest_bend_rad: see `quick_model.quick_model`.
-            surround: puts the robot into surroundings; default: it stands alone, its base at rest.
-            inertial: it moves as its masses and its own damping let it; otherwise it follows its inputs
-                without overshoot, its masses have weight alone.
+        Effects on the inputs are in the unit of the `actuation`, "tension" or "displacement", by default the
+        robot's own. Gravity is in the base frame, shape (3,) [m/s^2]. `surround` puts the robot into
+        surroundings; by default it stands alone, its base at rest. Where it is not `inertial` it follows its
+        inputs without overshoot, its masses have weight alone.
 
         Raises:
             InputError: the robot knows no such actuation, an effect is unknown or acts on the shape,
@@ -181,24 +168,18 @@ class Plant:
         self.sees_the_past = remembers_what_was_seen(self.specified)
         self.segment_length = self.quick.segment_length
         self._bend_of = np.zeros((*self.quick.bend_unit.shape, self.simulator.model.nq))
-        places: dict[int, tuple[int, ...]] = {}
         for index in range(self.simulator.model.njnt):
             joint = self.simulator.model.joint(index)
             place = self.quick.bend_of(joint.name)
             if place is not None:
-                places[index] = place
                 self._bend_of[(*place, int(joint.qposadr[0]))] = 1.0
-        counts = Counter(places.values())
-        self.hinges = tuple((index, place, counts[place]) for index, place in places.items())
-        self.planned: tuple[tuple[float, ...], Array] | None = None
         self.rest_bends = self._bend_of @ self.simulator.model.qpos_spring
         self.reset()
 
     def reset(self) -> None:
         """Return to rest: drives at zero, weight and constant loads acting, no history.
 
-        Raises:
-            SimulationDiverged: it does not stand.
+        `SimulationDiverged` is raised where it does not stand, as where a motion ends in no finite state.
         """
         self.simulator.reset()
         self.level = np.zeros(len(self.drives.names))
@@ -216,9 +197,6 @@ class Plant:
         """Move the drives linearly to `level`, shape (d,), in `duration_s` of simulated time.
 
         With them the base goes to `carriage`, shape (c,) [m, rad]; by default it stays.
-
-        Raises:
-            SimulationDiverged: the state is no longer finite.
         """
         self.level = np.array(level)
         self._time_s += duration_s
@@ -241,7 +219,7 @@ class Plant:
         mujoco.mj_fwdPosition(self.simulator.model, self.simulator.data)
         return self.simulator.posture()
 
-    def seen(self, p_w: Array, R_w: Array, what: str = "tip") -> tuple[Array, Array]:
+    def measured(self, p_w: Array, R_w: Array, what: str = "tip") -> tuple[Array, Array]:
         """Return what is measured now of positions (..., 3) [m] and orientations (..., 3, 3) of something."""
         sight, last_s = self._sights.get(what, (None, self._time_s))
         sight = sight or Sight(self.specified)
@@ -291,93 +269,64 @@ class Plant:
 
 
 # ----------------------------------------------------------------------------------------------------
-# Several equal robots that one thread moves: each by itself, or all together on a batch.
+# Equal robots that one thread moves: one alone, or many together on a batch.
 #
-# Both ways give the same numbers, and each copy those of a `plant.Plant` alone, but for rounding, which
-# friction amplifies over an episode (`vector`). `together` says which it can be; what it cannot be for,
+# Robots are chosen by their numbers from 0, rising, an array of shape (k,). Those that have diverged stay so
+# until they are reset; nothing is raised.
+#
+# Both ways give the same numbers, but for rounding, which friction amplifies over an episode
+# (`vector.vector_env`). `together` says which it can be; what it cannot be for,
 # `simulation.copies.copied_together` names.
 
 
-class RobotGroup(Protocol):
-    """Robots that are chosen by their numbers from 0, rising, an array of shape (k,).
+class RobotAlone:
+    """A plant as the only robot of its group, number 0."""
 
-    Those that have diverged stay so until they are reset; nothing is raised.
+    native_s = 0.0  # time of the processor spent outside Python since the beginning [s]; not known
 
-    Attributes:
-        native_s: time of the processor spent outside Python since the beginning [s], where it is known.
-    """
-
-    native_s: float
+    def __init__(self, plant: Plant) -> None:
+        self._plant, self._finite = plant, np.ones(1, dtype=bool)
 
     def reset(self, chosen: Index) -> None:
         """Return to rest, as `Plant.reset`."""
+        self._finite[chosen] = True
+        self._try(self._plant.reset)
 
     def move(self, chosen: Index, level: Array, duration_s: float) -> None:
         """Move the drives to `level`, shape (k, d), as `Plant.move`."""
+        self._try(lambda: self._plant.move(level[0], duration_s))
 
     def settle(self, chosen: Index) -> None:
         """Wait until each is at rest, as `Plant.settle`."""
+        self._try(self._plant.settle)
 
     def finite(self, chosen: Index) -> np.ndarray:
         """Return which have not diverged, shape (k,)."""
-
-    def tips(self, chosen: Index) -> tuple[Array, Array, Array]:
-        """Return the tips' places (k, 3) [m] and orientations (k, 3, 3), and tensions (k, t) [N]."""
-
-    def bends(self, chosen: Index) -> Array:
-        """Return their bends, shape (k, *b), as `Plant.segment_bends`."""
-
-    def state(self, one: int) -> DrawnState:
-        """Return what a picture of one of them needs."""
-
-
-class RobotsOneByOne:
-    """Plants, one after another: `RobotGroup` of any kind."""
-
-    native_s = 0.0
-
-    def __init__(self, plants: Sequence[Plant]) -> None:
-        self._plants = plants
-        self._finite = np.ones(len(plants), dtype=bool)
-
-    def reset(self, chosen: Index) -> None:
-        self._finite[chosen] = True
-        self._each(chosen, lambda plant, _: plant.reset())
-
-    def move(self, chosen: Index, level: Array, duration_s: float) -> None:
-        self._each(chosen, lambda plant, place: plant.move(level[place], duration_s))
-
-    def settle(self, chosen: Index) -> None:
-        self._each(chosen, lambda plant, _: plant.settle())
-
-    def finite(self, chosen: Index) -> np.ndarray:
         return self._finite[chosen]
 
     def tips(self, chosen: Index) -> tuple[Array, Array, Array]:
-        seen = [self._plants[one].posture() for one in chosen]
-        return (
-            np.array([item.p_w[-1] for item in seen]),
-            np.array([item.R_w[-1] for item in seen]),
-            np.array([item.actuator_tension for item in seen]),
-        )
+        """Return the tips' places (k, 3) [m] and orientations (k, 3, 3), and tensions (k, t) [N]."""
+        now = self._plant.posture()
+        return np.array([now.p_w[-1]]), np.array([now.R_w[-1]]), np.array([now.actuator_tension])
 
     def bends(self, chosen: Index) -> Array:
-        return np.array([self._plants[one].segment_bends() for one in chosen])
+        """Return their bends, shape (k, *b), as `Plant.segment_bends`."""
+        return self._plant.segment_bends()[np.newaxis]
 
     def state(self, one: int) -> DrawnState:
-        return state_of(self._plants[one].simulator)
+        """Return what a picture of one of them needs."""
+        return state_of(self._plant.simulator)
 
-    def _each(self, chosen: Index, act: Callable[[Plant, int], None]) -> None:
-        for place, one in enumerate(chosen):
-            if self._finite[one]:
-                try:
-                    act(self._plants[one], place)
-                except SimulationDiverged:
-                    self._finite[one] = False
+    def _try(self, act: Callable[[], None]) -> None:
+        if self._finite[0]:
+            try:
+                act()
+            except SimulationDiverged:
+                self._finite[0] = False
 
 
 class Together:
-    """Copies of a plant on a batch: `RobotGroup` that `together` affirms."""
+    """Copies of a plant on a batch, where `together` affirms it; methods as of `RobotAlone`."""
 
     def __init__(self, plant: Plant, count: int) -> None:
         self._plant, self._copies = plant, Copies(plant.simulator, count)
@@ -424,6 +373,9 @@ class Together:
         self._inputs[chosen] = inputs
 
 
+RobotGroup = RobotAlone | Together
+
+
 def together(plant: Plant) -> bool:
     """Whether copies of `plant` can be moved `Together`."""
     plain = plant.inputs_at(plant.level[np.newaxis]) is not None and not plant.sees_the_past
@@ -444,43 +396,27 @@ _MOST_DRAWS = 100
 
 @dataclass(frozen=True)
 class DrawnPoints:
-    """A posture that was looked for.
+    """A posture that was looked for."""
 
-    Attributes:
-        level: of the drives, shape (d,).
-        tip_m: where the tip comes to rest under them, shape (3,) [m].
-    """
-
-    level: Array
-    tip_m: Array
+    level: Array  # of the drives, shape (d,)
+    tip_m: Array  # where the tip comes to rest under them, shape (3,) [m]
 
 
 @dataclass(frozen=True)
 class Path:
-    """A way that the tip of a simulated robot went, from rest.
+    """A way that the tip of a simulated robot went, from rest."""
 
-    Attributes:
-        level: of the drives at the end of each control step, rest first, shape (r + 1, d).
-        tip_m: where the tip was then, shape (r + 1, 3) [m].
-        direction: unit vectors along the tip's axis there, shape (r + 1, 3).
-    """
-
-    level: Array
-    tip_m: Array
-    direction: Array
+    level: Array  # of the drives at the end of each control step, rest first, shape (r + 1, d)
+    tip_m: Array  # where the tip was then, shape (r + 1, 3) [m]
+    direction: Array  # unit vectors along the tip's axis there, shape (r + 1, 3)
 
 
 def random_targets(
-    plant: Plant, robots: RobotGroup, chosen: Index, rngs: Sequence[np.random.Generator], clearance_m: float
+    plant: Plant, robots: RobotGroup, chosen: Index, rngs: Generators, clearance_m: float
 ) -> list[DrawnPoints]:
     """Return a random reachable point for each chosen robot, `clearance_m` or more from its tip at rest.
 
-    Args:
-        plant: what the robots are; it is not moved.
-        robots: what is moved.
-        chosen: which of them, shape (k,).
-        rngs: a generator for each of these.
-        clearance_m: least distance [m].
+    `plant` says what the robots are and is not moved; each chosen robot has a generator.
 
     Raises:
         InputError: no draw of a robot ends so far from rest.
@@ -511,7 +447,7 @@ def random_paths(
     plant: Plant,
     robots: RobotGroup,
     chosen: Index,
-    rngs: Sequence[np.random.Generator],
+    rngs: Generators,
     clearance_m: float,
     steps: int,
     step_s: float,
@@ -567,21 +503,14 @@ def random_levels(plant: Plant, rng: np.random.Generator, steps: int) -> Array |
 
 
 def require_standing(plant: Plant, robots: RobotGroup, chosen: Index) -> None:
-    """Return robots to rest.
-
-    Raises:
-        SimulationDiverged: they do not stand.
-    """
+    """Return robots to rest; raise `SimulationDiverged` where they do not stand."""
     robots.reset(chosen)
     if not robots.finite(chosen).all():
         raise SimulationDiverged(f"{plant.specified.name}: the simulation diverged on the way to rest")
 
 
 def _gone(robots: RobotGroup, chosen: Index, levels: Array, step_s: float) -> tuple[Array, Array]:
-    """Return where tips were on the way from rest through `levels`, shape (k, r + 1, d), and looked.
-
-    Both of shape (k, r + 1, 3).
-    """
+    """Return where tips were and looked, (k, r + 1, 3), from rest through `levels`, (k, r + 1, d)."""
     tips, directions = np.zeros((2, *levels.shape[:2], 3))
     for step in range(levels.shape[1]):
         if step > 0:
@@ -624,10 +553,7 @@ class Fleet:
     def each(self, chosen: Index, act: Callable[[RobotGroup, Index, Index], T]) -> list[T]:
         """Call `act` for the chosen copies of each thread at once, and return what they return.
 
-        Args:
-            chosen: shape (k,).
-            act: gets a thread's robots, the numbers of the chosen ones among them, and their places in
-                `chosen`.
+        It gets a thread's robots, the numbers of the chosen ones among them, and their places in `chosen`.
         """
         tasks: list[Callable[[], T]] = []
         for part, (robots, first) in enumerate(zip(self._parts, self._first, strict=True)):
@@ -645,15 +571,6 @@ class Fleet:
             self._pool.shutdown()
 
 
-@dataclass(frozen=True)
-class _Drawn(Generic[T]):
-    """What was drawn ahead: the generator's state before, the generator after, and the thing."""
-
-    before: object
-    after: np.random.Generator
-    thing: T
-
-
 class Supply(Generic[T]):
     """What is drawn by simulation at each reset: many at once, and ahead, on copies of the robots.
 
@@ -666,32 +583,27 @@ class Supply(Generic[T]):
         plant: Plant,
         count: int,
         threads: int,
-        draw: Callable[[RobotGroup, Index, Sequence[np.random.Generator]], list[T]],
+        draw: Callable[[RobotGroup, Index, Generators], list[T]],
     ) -> None:
         """Build the robots that draw."""
         self._fleet = Fleet(plant, count, threads)
         self._draw = draw
-        self._stock: dict[int, _Drawn[T]] = {}
+        # of each copy the generator's state before the draw, the generator after it, and what was drawn
+        self._stock: dict[int, tuple[object, np.random.Generator, T]] = {}
 
     def take(self, chosen: Index, rngs: list[np.random.Generator | None]) -> list[T]:
-        """Return a thing for each of the chosen copies, and let their generators have gone on.
-
-        Args:
-            chosen: shape (k,).
-            rngs: the copies' generators; those of the chosen are replaced.
-        """
-        for one, stored in list(self._stock.items()):
+        """Return a thing for each of the chosen copies, whose generators in `rngs` then have gone on."""
+        for one, (before, _, _) in list(self._stock.items()):
             rng = rngs[one]
-            if rng is None or rng.bit_generator.state != stored.before:  # seeded anew, or used by others
+            if rng is None or rng.bit_generator.state != before:  # seeded anew, or used by others
                 del self._stock[one]
         if any(int(one) not in self._stock for one in chosen):
             empty = [one for one, rng in enumerate(rngs) if rng is not None and one not in self._stock]
             self._fill(np.array(empty), rngs)
         things = []
         for one in chosen:
-            stored = self._stock.pop(int(one))
-            rngs[int(one)] = stored.after
-            things.append(stored.thing)
+            _, rngs[int(one)], thing = self._stock.pop(int(one))
+            things.append(thing)
         return things
 
     def close(self) -> None:
@@ -699,14 +611,12 @@ class Supply(Generic[T]):
         self._fleet.close()
 
     def _fill(self, empty: Index, rngs: Sequence[np.random.Generator | None]) -> None:
-        drawing = [copy.deepcopy(rngs[one]) for one in empty]
-        before = [rng.bit_generator.state for rng in drawing if rng is not None]
+        drawing = [copy.deepcopy(rng) for one in empty if (rng := rngs[one]) is not None]
+        before = [rng.bit_generator.state for rng in drawing]
 
         def act(robots: RobotGroup, own: Index, places: Index) -> tuple[Index, list[T]]:
-            return places, self._draw(robots, own, [rng for k in places if (rng := drawing[k]) is not None])
+            return places, self._draw(robots, own, [drawing[place] for place in places])
 
         for places, things in self._fleet.each(empty, act):
             for place, thing in zip(places, things, strict=True):
-                after = drawing[place]
-                assert after is not None
-                self._stock[int(empty[place])] = _Drawn(before[place], after, thing)
+                self._stock[int(empty[place])] = before[place], drawing[place], thing

@@ -6,17 +6,17 @@ import copy
 import inspect
 import math
 import os
+from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import gymnasium
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from catheter_sim.arrays import Array
+from catheter_sim.arrays import Array, Index
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import SAID, Settings, settings_table
 from catheter_sim.core.inputs import Quantity
@@ -27,22 +27,22 @@ from catheter_sim.envs.robots import (
     PULLED_SHARE,
     RAMP_S,
     DrawnPoints,
-    Path,
+    Generators,
     Plant,
-    RobotsOneByOne,
+    RobotAlone,
+    RobotGroup,
     change_toward,
-    random_paths,
-    random_targets,
 )
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.errors import InputError, SimulationDiverged, shown, unknown
 from catheter_sim.modelling.build import View, views
 from catheter_sim.pictures.images import LARGEST_SIDE, SMALLEST_SIDE, Picture, open_renderer
-from catheter_sim.pictures.offscreen import DrawnState, fitted_view, free_camera, put, state_of
+from catheter_sim.pictures.offscreen import DrawnState, fitted_view, free_camera, put
 from catheter_sim.units import in_file_units
 
 # ----------------------------------------------------------------------------------------------------
-# Checks of what an environment is given: every wrong argument is one line that names it and the choices.
+# Checks of what an environment is given: for a wrong argument `InputError` is one line that names it and the
+# choices.
 
 _OPEN = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 
@@ -68,11 +68,7 @@ def refuse_unknown(given: Iterable[str], choices: Sequence[str], where: str) -> 
 
 
 def checked_choice(name: str, value: Any, choices: Sequence[str], none_too: bool = False) -> Any:
-    """Return `value`, one of the texts `choices`, or None where that is one too.
-
-    Raises:
-        InputError: it is another.
-    """
+    """Return `value`, one of the texts `choices`, or None where that is one too."""
     if value is None and none_too:
         return None
     if isinstance(value, str) and value in choices:
@@ -84,12 +80,13 @@ def checked_choice(name: str, value: Any, choices: Sequence[str], none_too: bool
 
 
 def checked_above_zero(name: str, value: Any, most: float = math.inf) -> float:
-    """Return `value` as a number above zero, finite, and at most `most`.
-
-    Raises:
-        InputError: it is none.
-    """
-    number = _number(value)
+    """Return `value` as a number above zero, finite, and at most `most`."""
+    number = math.nan
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
     if not (0.0 < number <= most and math.isfinite(number)):
         bound = "zero and finite" if most == math.inf else f"0 and at most {most:g}"
         given = f"{value:g}" if isinstance(value, float) else shown(value)
@@ -98,76 +95,42 @@ def checked_above_zero(name: str, value: Any, most: float = math.inf) -> float:
 
 
 def checked_whole(name: str, value: Any, least: int = 1) -> int:
-    """Return `value` as a whole number, `least` or more.
-
-    Raises:
-        InputError: it is none.
-    """
+    """Return `value` as a whole number, `least` or more."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
         raise InputError(f"{name} = {shown(value)}: must be a whole number, {least} or more")
     return int(value)
 
 
 def checked_flag(name: str, value: Any) -> bool:
-    """Return `value`, true or false.
-
-    Raises:
-        InputError: it is neither.
-    """
+    """Return `value`, true or false."""
     if not isinstance(value, bool | np.bool_):
         raise InputError(f"{name} = {shown(value)}: choices: True, False")
     return bool(value)
 
 
-def checked_vector(name: str, value: Any, needed: str = "three finite numbers are needed") -> Array:
-    """Return `value` as an array of three finite numbers, shape (3,).
-
-    Raises:
-        InputError: it is none.
-    """
+def checked_numbers(
+    name: str, value: Any, shape: tuple[int, ...], needed: str, infinite_too: bool = False
+) -> Array:
+    """Return `value` as an array of numbers of `shape`; `needed` says what would be right."""
     numbers = _array(value)
-    if numbers is None or numbers.shape != (3,) or not np.isfinite(numbers).all():
+    allowed = (lambda array: ~np.isnan(array)) if infinite_too else np.isfinite
+    if numbers is None or numbers.shape != shape or not allowed(numbers).all():
         raise InputError(f"{name} = {shown(value)}: {needed}")
     return numbers
 
 
 def checked_pair(name: str, value: Any, needed: str) -> tuple[float, float]:
-    """Return `value` as two finite numbers, the lower first.
-
-    Raises:
-        InputError: it is none; `needed` says what would be one.
-    """
-    numbers = None if isinstance(value, str | Mapping) else _array(value)
-    if numbers is None or numbers.shape != (2,) or not np.isfinite(numbers).all():
-        raise InputError(f"{name} = {shown(value)}: {needed}")
-    low, high = map(float, numbers)
+    """Return `value` as two finite numbers, the lower first; `needed` says what would be right."""
+    low, high = map(float, checked_numbers(name, value, (2,), needed))
     if low > high:
         raise InputError(f"{name} = {shown(value)}: {needed}")
     return low, high
 
 
-def checked_action(name: str, value: Any, shape: tuple[int, ...], needed: str) -> Array:
-    """Return an action as an array of numbers of `shape`; infinite ones count as the largest.
-
-    Raises:
-        InputError: it has another shape, or holds what is no number; `needed` says what would be right.
-    """
-    numbers = _array(value)
-    if numbers is None or numbers.shape != shape or np.isnan(numbers).any():
-        raise InputError(f"{name} = {shown(value)}: {needed}")
-    return numbers
-
-
 def checked_actions(value: Any, shape: tuple[int, int], stepping: np.ndarray) -> Array:
-    """Return the actions of many environments, as `checked_action`.
+    """Return the actions of many environments, a row each; infinite ones count as the largest.
 
-    Args:
-        value: to be checked.
-        shape: a row for each environment.
-        stepping: whose rows count, shape (n,): what starts anew does not read its own.
-
-    Raises:
-        InputError: as `checked_action`.
+    Only rows that are `stepping`, shape (n,), count: what starts anew does not read its own.
     """
     numbers = _array(value)
     if numbers is None or numbers.shape != shape or np.isnan(numbers[stepping]).any():
@@ -183,11 +146,7 @@ def require_running(ended: np.ndarray) -> None:
 
 
 def checked_options(options: Any, choices: Sequence[str]) -> dict[str, Any]:
-    """Return the options of a reset.
-
-    Raises:
-        InputError: they are no mapping, or one is not among `choices`.
-    """
+    """Return the options of a reset, a mapping of some of `choices`."""
     if options is None:
         return {}
     if not isinstance(options, Mapping):
@@ -200,11 +159,7 @@ def checked_options(options: Any, choices: Sequence[str]) -> dict[str, Any]:
 
 
 def checked_seeds(seed: Any, count: int) -> list[int | None]:
-    """Return a seed for each of `count` environments: of one seed, the first one's, each next is one more.
-
-    Raises:
-        InputError: there are more or fewer, or one is neither a whole number, 0 or more, nor None.
-    """
+    """Return a seed for each of `count` environments: of one seed, the first one's, each next is one more."""
     if seed is None:
         return [None] * count
     if isinstance(seed, Integral) and not isinstance(seed, bool):
@@ -218,11 +173,7 @@ def checked_seeds(seed: Any, count: int) -> list[int | None]:
 
 
 def checked_mask(mask: Any, count: int) -> np.ndarray:
-    """Return which of `count` environments `reset_mask` names, as truth values; all where it is None.
-
-    Raises:
-        InputError: it is no such array, or names none.
-    """
+    """Return which of `count` environments `reset_mask` names, as truth values; all where it is None."""
     if mask is None:
         return np.ones(count, dtype=bool)
     if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (count,):
@@ -230,16 +181,6 @@ def checked_mask(mask: Any, count: int) -> np.ndarray:
     if not mask.any():
         raise InputError("reset_mask: at least one environment is to be reset")
     return mask
-
-
-def _number(value: Any) -> float:
-    """Return `value` as a number; not-a-number where it is none."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return math.nan
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
 
 
 def _array(value: Any) -> Array | None:
@@ -253,7 +194,7 @@ def _array(value: Any) -> Array | None:
 
 
 # ----------------------------------------------------------------------------------------------------
-# What a task shows of a robot: its state at the end of a control step, as one flat array.
+# What a task shows of its robots: their states at the end of a control step, as one flat array each.
 
 Observation = NDArray[np.float32]
 
@@ -263,92 +204,73 @@ _SPEED_BOUND = 10.0  # robot lengths a second
 _TENSION_BOUND = 10.0  # ranges of the tension drives
 _BEND_BOUND = 4.0  # half turns, or strokes of an advance
 # What a task may ask for: where to be [robot lengths], which way to look, how fast to go [lengths a second].
-GOAL_BOUNDS = {"target": _PLACE_BOUND, "target_direction": 1.0, "target_velocity": _SPEED_BOUND}
+_GOAL_BOUNDS = {"target": _PLACE_BOUND, "target_direction": 1.0, "target_velocity": _SPEED_BOUND}
 
 
-@dataclass(frozen=True)
-class Seen:
-    """A robot at the end of a control step, or many robots (an axis more at the front), SI units.
+class TipState(NamedTuple):
+    """Robots at the end of a control step, a row each, SI units."""
 
-    Attributes:
-        tip, seen_tip: of the tip, true and as measured, shape (..., 3) [m].
-        direction, seen_direction: unit vector along the tip's axis, true and as measured, shape (..., 3).
-        velocity, seen_velocity: mean over the step of the two tips, shape (..., 3) [m/s].
-        level: of the drives, shape (..., d).
-        tension: at the actuators, shape (..., t) [N].
-        bends: of the robot, as its quick model has them, shape (..., *b) [rad or m].
+    tip: Array  # of the tip, true and as measured, shape (n, 3) [m]
+    measured_tip: Array
+    direction: Array  # unit vector along the tip's axis, true and as measured, shape (n, 3)
+    measured_direction: Array
+    velocity: Array  # mean over the step of the two tips, shape (n, 3) [m/s]
+    measured_velocity: Array
+    level: Array  # of the drives, shape (n, d)
+    tension: Array  # at the actuators, shape (n, t) [N]
+    bends: Array  # of the robot, as its quick model has them, shape (n, *b) [rad or m]
+
+
+def look(
+    plant: Plant, robots: RobotGroup, chosen: Index, level: Array, before: TipState | None = None
+) -> TipState:
+    """Return how the chosen ones of `robots`, each a `plant`, stand at levels (k, d).
+
+    `before` is how they stood a control step before; without it they are at rest.
     """
-
-    tip: Array
-    seen_tip: Array
-    direction: Array
-    seen_direction: Array
-    velocity: Array
-    seen_velocity: Array
-    level: Array
-    tension: Array
-    bends: Array
-
-
-@dataclass(frozen=True)
-class Look(Seen):
-    """One robot at the end of a control step.
-
-    Attributes:
-        state: what a picture of the robot needs.
-    """
-
-    state: DrawnState
-
-
-def look(plant: Plant, before: Look | None = None, step_s: float = 1.0) -> Look:
-    """Return how `plant` stands now, `step_s` after `before`; at rest without one."""
-    posture = plant.posture()
-    tip = posture.p_w[-1]
-    seen_tip, seen_axes = plant.seen(tip, posture.R_w[-1])
-    return Look(
+    tip, axes, tension = robots.tips(chosen)
+    measured_tip, measured_axes = plant.measured(tip, axes)
+    velocity, measured_velocity = np.zeros((2, *tip.shape))
+    if before is not None:
+        velocity = (tip - before.tip) / CONTROL_STEP_S
+        measured_velocity = (measured_tip - before.measured_tip) / CONTROL_STEP_S
+    return TipState(
         tip=tip,
-        seen_tip=seen_tip,
-        direction=posture.R_w[-1][:, 2],
-        seen_direction=seen_axes[:, 2],
-        velocity=(tip - before.tip) / step_s if before else np.zeros(3),
-        seen_velocity=(seen_tip - before.seen_tip) / step_s if before else np.zeros(3),
-        level=plant.level.copy(),
-        tension=posture.actuator_tension,
-        bends=plant.segment_bends(),
-        state=state_of(plant.simulator),
+        measured_tip=measured_tip,
+        direction=axes[..., 2],
+        measured_direction=measured_axes[..., 2],
+        velocity=velocity,
+        measured_velocity=measured_velocity,
+        level=level,
+        tension=tension,
+        bends=robots.bends(chosen),
     )
 
 
 def observe(
     plant: Plant,
-    seen: Seen,
+    state: TipState,
     goal: Mapping[str, Array],
     space: gymnasium.spaces.Box,
-    more: Mapping[str, Array] | None = None,
+    more: Mapping[str, Array],
 ) -> Observation:
-    """Return the observation of `seen`, in the units and bounds of `space`.
+    """Return the observations of robots whose states are given, in the units and bounds of `space`, (n, k).
 
-    Args:
-        plant: the robot.
-        seen: how it stands, or how many such robots stand.
-        goal: what the task asks for, by the names of `GOAL_BOUNDS`, each of shape (..., 3), in their units.
-        space: of the observations.
-        more: the task's own further parts, as `observation_space` was told of them.
+    The task asks for a `goal`, by the names of `_GOAL_BOUNDS` and in their units, each of shape (n, 3);
+    `more` are its own further parts, as `observation_space` was given them, shape (n, ...) each.
     """
     length = float(plant.segment_length.sum())
     parts: Mapping[str, Array] = {
         **goal,
-        "tip": seen.seen_tip / length,
-        "tip_direction": seen.seen_direction,
-        "tip_velocity": seen.seen_velocity / length,
-        "level": seen.level,
-        "tension": seen.tension / plant.drives.tension,
-        "bend": (seen.bends / plant.quick.bend_unit).reshape(*seen.tip.shape[:-1], -1),
+        "tip": state.measured_tip / length,
+        "tip_direction": state.measured_direction,
+        "tip_velocity": state.measured_velocity / length,
+        "level": state.level,
+        "tension": state.tension / plant.drives.tension,
+        "bend": (state.bends / plant.quick.bend_unit).reshape(len(state.tip), -1),
+        **more,
     }
-    values = np.concatenate(
-        [*(parts[name] for name in _bounds(plant, tuple(goal))), *(more or {}).values()], axis=-1
-    )
+    values = np.concatenate(list(parts.values()), axis=-1)
     return np.clip(values.astype(np.float32), space.low, space.high)
 
 
@@ -356,37 +278,27 @@ Bounds = Mapping[str, tuple[Array, float]]  # name -> lower bounds, shape (n,), 
 
 
 def observation_space(
-    plant: Plant, goal: Sequence[str], more: Bounds | None = None
+    plant: Plant, goal: Sequence[str], more: Bounds
 ) -> tuple[gymnasium.spaces.Box, dict[str, slice]]:
     """Return the space of the observations, and where in them each part lies.
 
-    Args:
-        plant: the robot.
-        goal: names of what the task asks for, of `GOAL_BOUNDS`.
-        more: the task's own further parts, last.
+    First the task's `goal`, of `_GOAL_BOUNDS`, then the robot, then `more`, the task's own further parts.
     """
-    lows, highs, start = [], [], 0
-    layout: dict[str, slice] = {}
-    for name, (low, high) in {**_bounds(plant, goal), **(more or {})}.items():
-        lows.append(low)
-        highs.append(np.full(len(low), high))
-        layout[name] = slice(start, start + len(low))
-        start += len(low)
-    lowest, highest = (np.concatenate(ends).astype(np.float32) for ends in (lows, highs))
-    return gymnasium.spaces.Box(lowest, highest, dtype=np.float32), layout
-
-
-def _bounds(plant: Plant, goal: Sequence[str]) -> dict[str, tuple[Array, float]]:
-    """Return the parts of an observation in their order, with lower bounds and the upper bound."""
-    asked = {name: (np.full(3, -GOAL_BOUNDS[name]), GOAL_BOUNDS[name]) for name in goal}
-    return asked | {
+    bounds: Bounds = {
+        **{name: (np.full(3, -_GOAL_BOUNDS[name]), _GOAL_BOUNDS[name]) for name in goal},
         "tip": (np.full(3, -_PLACE_BOUND), _PLACE_BOUND),
         "tip_direction": (np.full(3, -1.0), 1.0),
         "tip_velocity": (np.full(3, -_SPEED_BOUND), _SPEED_BOUND),
         "level": (plant.drives.lowest, 1.0),
         "tension": (np.zeros(len(plant.drives.tension)), _TENSION_BOUND),
         "bend": (np.full(plant.quick.bend_unit.size, -_BEND_BOUND), _BEND_BOUND),
+        **more,
     }
+    ends = np.cumsum([0, *(len(low) for low, _ in bounds.values())])
+    layout = {name: slice(int(ends[k]), int(ends[k + 1])) for k, name in enumerate(bounds)}
+    lowest = np.concatenate([low for low, _ in bounds.values()]).astype(np.float32)
+    highest = np.concatenate([np.full(len(low), high) for low, high in bounds.values()]).astype(np.float32)
+    return gymnasium.spaces.Box(lowest, highest, dtype=np.float32), layout
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -397,11 +309,7 @@ RANDOMISED = "randomised"  # what errors call such a setting
 
 
 def check_randomised(randomised: Any) -> Randomised:
-    """Return the bounds, least first; none where None is given.
-
-    Raises:
-        InputError: they are no mapping of keys to two finite numbers in order.
-    """
+    """Return the bounds, least first; none where None is given."""
     if randomised is None:
         return {}
     if not isinstance(randomised, Mapping):
@@ -421,11 +329,6 @@ def drawn_settings(randomised: Randomised, rng: np.random.Generator) -> dict[str
     return {name: float(rng.uniform(*bounds)) for name, bounds in randomised.items()}
 
 
-def end_settings(randomised: Randomised, which: int) -> dict[str, float]:
-    """Return the settings with all lower bounds (0) or all upper ones (1)."""
-    return {name: bounds[which] for name, bounds in randomised.items()}
-
-
 # ----------------------------------------------------------------------------------------------------
 # Pictures of a simulated robot and its target, drawn without a screen.
 
@@ -439,11 +342,7 @@ _TARGET_RGBA = (0.10, 0.62, 0.25, 0.75)
 
 
 def checked_size(width: Any, height: Any, default: tuple[int, int]) -> tuple[int, int]:
-    """Return width and height of a picture [pixels]; `default` for what is None.
-
-    Raises:
-        InputError: one is no whole number, or not a picture's.
-    """
+    """Return width and height of a picture [pixels]; `default` for what is None."""
     sides = [
         given if side is None else checked_whole(name, side)
         for name, side, given in (("width", width, default[0]), ("height", height, default[1]))
@@ -459,15 +358,9 @@ class TargetPicture:
     """An open renderer; model and state are its own, so that drawing leaves the simulation alone."""
 
     def __init__(self, model: mujoco.MjModel, view: View, width: int, height: int) -> None:
-        """Open the renderer.
+        """Open the renderer of a copy of the robot, width and height in pixels.
 
-        Args:
-            model: the robot; a copy of it is drawn.
-            view: where to look from.
-            width, height: [pixels].
-
-        Raises:
-            InputError: the size is no picture's, or no OpenGL context can be had.
+        `InputError`: the size is no picture's, or no OpenGL context can be had.
         """
         model = copy.copy(model)
         quality = model.vis.quality
@@ -521,23 +414,18 @@ class TargetPicture:
 # drives, friction, effects and load included. So every target has inputs that are known to reach it, and
 # none rests on a model of the workspace.
 
-_ALONE = np.arange(1)
 _STARTS = 4  # places in the range of the drives from which a given point is sought
 _APART_RAD = 1.0  # between their bends; a tube's stroke counts as half a turn
 _TRIALS = 12  # simulated postures on the way from each of them
 _GAIN = 0.95  # a trial that leaves more than this share of the miss is the last from its start
 _CORRECTED = 8  # trials from the best posture with slopes corrected by what they showed
-_FOUND = 1e-3  # of the robot's length: the frictionless robot is at the point
 _CLOUD = 4000  # draws among which the starts are chosen
 
 
 def tip_at(plant: Plant, level: Array) -> Array:
     """Return where the tip comes to rest when the drives go from rest to `level`, shape (3,) [m].
 
-    The plant stays there.
-
-    Raises:
-        SimulationDiverged: it comes to rest nowhere.
+    The plant stays there; `SimulationDiverged` is raised where it comes to rest nowhere.
     """
     plant.reset()
     plant.move(level, RAMP_S)
@@ -545,39 +433,17 @@ def tip_at(plant: Plant, level: Array) -> Array:
     return plant.posture().p_w[-1]
 
 
-def random_target(plant: Plant, rng: np.random.Generator, clearance_m: float) -> DrawnPoints:
-    """Return a random reachable point, at least `clearance_m` from the tip at rest.
-
-    Raises:
-        InputError: no draw ends so far from rest.
-    """
-    return random_targets(plant, RobotsOneByOne([plant]), _ALONE, [rng], clearance_m)[0]
-
-
-def random_path(
-    plant: Plant, rng: np.random.Generator, clearance_m: float, steps: int, step_s: float
-) -> Path:
-    """Return a random way of the tip, of so many `steps`; see `draws.random_paths`.
-
-    Raises:
-        InputError: no draw takes the tip so far.
-    """
-    return random_paths(plant, RobotsOneByOne([plant]), _ALONE, [rng], clearance_m, steps, step_s)[0]
-
-
 def nearest(plant: Plant, target_m: Array, enough_m: float) -> DrawnPoints:
     """Return the posture whose tip is nearest to `target_m` among those found from several starts.
 
-    The search ends at a posture nearer than `enough_m` [m].
-
-    Raises:
-        SimulationDiverged: the robot does not stand even at rest.
+    The search ends at a posture nearer than `enough_m` [m]; `SimulationDiverged` is raised where the robot
+    does not stand even at rest.
     """
     drives, length = plant.drives, float(plant.segment_length.sum())
     plant.reset()
     best = DrawnPoints(plant.level.copy(), plant.posture().p_w[-1])
     best_miss = float(np.linalg.norm(best.tip_m - target_m))
-    for start in _starts(plant, target_m):
+    for start in starts_near(plant, target_m):
         level, least_miss = start, np.inf
         for _ in range(_TRIALS):
             try:
@@ -625,17 +491,8 @@ def _corrected(plant: Plant, target_m: Array, found: DrawnPoints, enough_m: floa
 
 
 def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: float) -> Array:
-    """Return `target_m` as an array, shape (3,) [m].
-
-    Raises:
-        InputError: it is no point, or the tip does not come within `tolerance_m` of it.
-    """
-    try:
-        target = np.array(target_m, dtype=float)
-    except (TypeError, ValueError):
-        target = np.zeros(0)
-    if target.shape != (3,) or not np.isfinite(target).all():
-        raise InputError(f"target = {target_m!r}: three finite numbers are needed, x, y and z in m")
+    """Return `target_m`, shape (3,) [m]; `InputError` where the tip comes not within `tolerance_m` of it."""
+    target = checked_numbers("target", target_m, (3,), "three finite numbers are needed, x, y and z in m")
     out_of_reach = f"target {_millimetres(target)} mm is out of reach of {plant.specified.name}: "
     away, longest = float(np.linalg.norm(target)), float(plant.segment_length.sum())
     if away > longest + tolerance_m:
@@ -655,8 +512,7 @@ def require_reachable(plant: Plant, target_m: Sequence[float], tolerance_m: floa
 def frictionless_reach(plant: Plant) -> tuple[Array, Array, Array]:
     """Return where the robot without friction and load goes all over the range of its drives.
 
-    Returns:
-        Levels, shape (n, d), tips, shape (n, 3) [m], and bends, shape (n, *b) [rad or m].
+    Levels (n, d), tips (n, 3) [m] and bends (n, *b) [rad or m].
     """
     lowest = plant.drives.lowest
     rng = np.random.default_rng(0)  # the same points every time
@@ -667,29 +523,7 @@ def frictionless_reach(plant: Plant) -> tuple[Array, Array, Array]:
     return level, *plant.quick.reach(level, plant.rest_bends)
 
 
-def frictionless_level(plant: Plant, target_m: Array) -> Array:
-    """Return the levels at which the robot without friction and load is nearest to a point, shape (d,).
-
-    Without simulation; of the postures found from several starts.
-    """
-    quick, length = plant.quick, float(plant.segment_length.sum())
-    best, best_miss = np.zeros(len(plant.drives.names)), np.inf
-    for level in _starts(plant, target_m):
-        for _ in range(_TRIALS):
-            tips, bends = quick.reach(level[np.newaxis], plant.rest_bends)
-            miss = float(np.linalg.norm(target_m - tips[0]))
-            if miss < best_miss:
-                best, best_miss = level, miss
-            if best_miss < _FOUND * length:
-                return best
-            room = plant.drives.lowest - level, 1.0 - level
-            level = level + change_toward(
-                target_m - tips[0], quick.tip_slopes(level, bends[0]), length, *room
-            )
-    return best
-
-
-def _starts(plant: Plant, target_m: Array) -> list[Array]:
+def starts_near(plant: Plant, target_m: Array) -> list[Array]:
     """Return levels, far apart in posture, at which the frictionless robot is near `target_m`."""
     level, tip, bend = frictionless_reach(plant)
     bend = bend * (math.pi / plant.quick.bend_unit)
@@ -707,7 +541,7 @@ def _millimetres(point_m: Array) -> str:
 
 
 # ----------------------------------------------------------------------------------------------------
-# What the tasks of one tip have in common: a robot that actions move, what is seen of it, pictures.
+# What the tasks of one tip have in common: robots that actions move, what is seen of them, pictures.
 
 Action = NDArray[np.float32]
 OBSERVATIONS = ("state", "pixels")
@@ -720,6 +554,7 @@ RATE_PER_S = 0.5  # assumed: at full action a drive goes from rest to its range'
 TARGET_TOLERANCE_M = 5e-3  # Kato 2016: target value of 5 mm, from tumours of 2 cm
 TARGET_CLEARANCE = 0.1  # assumed: least way from rest to a random target, over the robot's length
 DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two lengths: it saves nothing
+_ONE = np.arange(1)  # the row of a robot alone
 
 
 class RobotEnv(gymnasium.Env[Any, Any]):
@@ -737,16 +572,30 @@ class RobotEnv(gymnasium.Env[Any, Any]):
 class TipEnv(RobotEnv):
     """A robot whose tip has something to do; what that is, a task's own class says.
 
-    A control step is 0.1 s of simulated time. The arguments are those of `reach.ReachEnv`. An environment may
+    A control step is 0.1 s of simulated time. The arguments are those of `ReachEnv`. An environment may
     be copied and pickled at any time: the copy goes on as the original would; its pictures are drawn by a
     renderer of its own.
+
+    What is asked of a robot and seen of it stands in arrays with a row for each robot: one here, many where
+    copies are stepped together (`vector.TogetherEnv`). A task is written for any number of rows:
+
+    - `draw_goals(robots, chosen, rngs)`: what each of the chosen robots is to do in an episode, drawn at
+      random; `given_goal(options)`: the same where options of the reset say it, else None;
+    - `set_goals(chosen, goals)`: let rows have this to do, their robots at rest;
+    - `judge_rows(stepped)`: rewards of rows after a step, and whether their episodes terminate, shapes (k,);
+      `over()`: which have come to the end of their time, shape (n,);
+    - `_goal()`: what observations show of the task, by the names of `goal`, each of shape (n, 3);
+      `_more_bounds()`, `_more_parts()`: the task's own further parts, each of shape (n, ...);
+    - `_task_info()`: the task's own part of `info`, SI, for all rows.
 
     Attributes:
         plant: the simulated robot.
         drives: what moves it.
         length_m: of the straight robot.
         randomised: settings of the robot that are drawn at every reset, and their bounds.
-        target_m: where the tip is wanted now, base frame, shape (3,) [m].
+        target_m, targets_m: where the tip is wanted now, base frame, shape (3,), and of all rows, (n, 3) [m].
+        level: of the drives, as commanded, shape (n, d).
+        diverged: whether the simulation has, shape (n,).
         pixels: whether pictures are the observations.
         state_space: of the observations that are no pictures.
         layout: name of a part of these -> where it lies.
@@ -758,6 +607,7 @@ class TipEnv(RobotEnv):
     }
     goal: tuple[str, ...] = ("target",)  # what the observation shows of the task, before the robot
     reset_options: ClassVar[tuple[str, ...]] = ()
+    stepped_together: ClassVar[bool] = True  # whether copies can be, as far as the task goes
     _drawn: Mapping[str, float]  # what is changed in the robot now
 
     def __init__(
@@ -782,19 +632,19 @@ class TipEnv(RobotEnv):
         """
         refuse_unknown(others, argument_names(type(self)), type(self).__name__)
         self.render_mode = checked_choice("render_mode", render_mode, self.metadata["render_modes"], True)
-        checked_choice("observation", observation, OBSERVATIONS)
+        self.pixels = checked_choice("observation", observation, OBSERVATIONS) == "pixels"
         super().__init__(**others)  # what is left are the base's own
-        self.pixels = observation == "pixels"
         self._size = checked_size(width, height, _OBSERVED if self.pixels else _RENDERED)
         self.tolerance_m = checked_above_zero("tolerance_m", tolerance_m)
         self._robot, self._settings = robot, settings_table(settings)
         self._action_type = checked_choice("action_type", action_type, ACTION_TYPES, True)
-        self._gravity = checked_vector("gravity_mps2", gravity_mps2)
+        self._gravity = checked_numbers("gravity_mps2", gravity_mps2, (3,), "three finite numbers are needed")
         self._largest_bend_rad = largest_bend_rad
         if largest_bend_rad is not None:
             self._largest_bend_rad = checked_above_zero("largest_bend_rad", largest_bend_rad)
         self.randomised = check_randomised(randomised)
-        ends = [end_settings(self.randomised, which) for which in range(2)] if self.randomised else []
+        ends = [{name: bounds[k] for name, bounds in self.randomised.items()} for k in range(2)]
+        ends = ends if self.randomised else []
         for self._drawn in ({}, *ends):
             self._drawn_robot()
         self._drawn = {}
@@ -802,12 +652,10 @@ class TipEnv(RobotEnv):
         for self._drawn in ends:  # the bounds themselves must be possible
             self._new_plant()
         self._drawn = {}
-        self.plant = self._new_plant()
-        self.drives = self.plant.drives
-        self.length_m = float(self.plant.segment_length.sum())
-        self.target_m = np.zeros(3)
         self._picture: TargetPicture | None = None
-        self._begun = self._diverged = False
+        self._replace_plant()
+        self.length_m = float(self.plant.segment_length.sum())
+        self._begun = False
         actions = len(self.drives.names) + len(self.plant.carriage)
         self.action_space: gymnasium.spaces.Box = gymnasium.spaces.Box(-1.0, 1.0, (actions,), np.float32)
         self.observation_space: gymnasium.spaces.Box
@@ -815,22 +663,78 @@ class TipEnv(RobotEnv):
         self.observation_space = self.state_space
         if self.pixels:
             self.observation_space = gymnasium.spaces.Box(0, 255, (*self._size[::-1], 3), np.uint8)
-        self._now = look(self.plant)
+        standing = look(self.plant, self._alone, _ONE, self.plant.level[np.newaxis])
+        self._now = TipState(*map(np.array, standing))  # each part for itself: they are written in place
+        self.make_rows(1)
+        self._states[0] = self._alone.state(0)
+
+    def make_rows(self, count: int) -> None:
+        """Make room for so many robots; none has been seen yet."""
+        self.level = np.zeros((count, len(self.drives.names)))
+        self.targets_m = np.zeros((count, 3))
+        self.diverged = np.zeros(count, dtype=bool)
+        self._states: list[DrawnState | None] = [None] * count
+        if len(self._now.tip) != count:
+            self._now = TipState(*(np.zeros((count, *part.shape[1:])) for part in self._now))
+
+    @property
+    def target_m(self) -> Array:
+        """Where the tip is wanted now, base frame, shape (3,) [m]."""
+        return self.targets_m[0].copy()
+
+    @target_m.setter
+    def target_m(self, place: Array) -> None:
+        self.targets_m[0] = place
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Seed the generator and draw the robot anew where it is `randomised`; a task does the rest.
+        """Start an episode; see the class's text.
+
+        Args:
+            seed: of all that is drawn from now on; None: go on with the present generator.
+            options: see the class's text.
 
         Raises:
-            InputError: an option is not among `reset_options`.
+            InputError: an unknown or impossible option, or a robot whose random inputs move its tip nowhere.
         """
-        options = checked_options(options, self.reset_options)
+        options = self._checked_options(options)
         super().reset(seed=seed)
         self._begun = False  # what fails from here on leaves no episode
         self._drawn = drawn_settings(self.randomised, self.np_random)
         self._renew(options)
-        return None, {}
+        given = self.given_goal(options)
+        goals = self.draw_goals(self._alone, _ONE, [self.np_random]) if given is None else [given]
+        self.diverged[0] = False
+        self.plant.reset()
+        self.level[0] = 0.0
+        self.see(self._alone, _ONE, _ONE, moved=False)
+        self.set_goals(_ONE, goals)
+        self._begun = True
+        return self._observation(), self._info()
+
+    def step(self, action: Action) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Move the drives for one control step; see the class's text.
+
+        Raises:
+            InputError: the action has another shape, or is not a number.
+            ResetNeeded: no episode has begun.
+        """
+        shape = self.action_space.shape
+        wished = checked_numbers("action", action, shape, f"{shape[0]} numbers are needed", True)
+        if not self._begun:
+            raise gymnasium.error.ResetNeeded("step() needs a reset before it")
+        drives = len(self.drives.names)
+        self.level[0] = level_after(self.plant.level, wished[:drives], self.drives)
+        base = self._base_after(np.clip(wished[drives:], -1.0, 1.0) * CONTROL_STEP_S)
+        try:
+            self.plant.move(self.level[0], CONTROL_STEP_S, base)
+        except SimulationDiverged:  # the robot is seen as it was before
+            self.diverged[0] = True
+        else:
+            self.see(self._alone, _ONE, _ONE, moved=True)
+        rewards, ended = self.judge_rows(_ONE)
+        return self._observation(), float(rewards[0]), bool(ended[0]), bool(self.over()[0]), self._info()
 
     def render(self) -> Picture | None:  # type: ignore[override]
         """Return a picture of the robot and the target, shape (height, width, 3), or None.
@@ -841,17 +745,21 @@ class TipEnv(RobotEnv):
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws only where render_mode='rgb_array' was given to make()")
             return None
-        return self.drawn(self._now.state, self.target_m)
+        return self.drawn(0)
 
-    def drawn(self, state: DrawnState, target_m: Array) -> Picture:
-        """Return a picture of the robot in `state` and a target, shape (height, width, 3).
+    def drawn(self, row: int) -> Picture:
+        """Return a picture of a row's robot and target, shape (height, width, 3).
 
         Raises:
             InputError: no OpenGL context can be had.
+            ResetNeeded: the robot was never seen.
         """
+        state = self._states[row]
+        if state is None:
+            raise gymnasium.error.ResetNeeded("render() needs a reset before it")
         if self._picture is None:
             self._picture = TargetPicture(self.plant.simulator.model, self._view(), *self._size)
-        return self._picture.draw(state, target_m, self.tolerance_m)
+        return self._picture.draw(state, self.targets_m[row], self.tolerance_m)
 
     def close(self) -> None:
         """Free the renderer; may be called again."""
@@ -862,6 +770,49 @@ class TipEnv(RobotEnv):
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy is made of: all but the renderer, which is opened anew for the next picture."""
         return {**self.__dict__, "_picture": None}
+
+    def see(self, robots: RobotGroup, own: Index, rows: Index, moved: bool) -> None:
+        """Take down how robots stand, `own` among `robots`, after a step in which they moved or at rest."""
+        if not len(own):
+            return
+        before = TipState(*(part[rows] for part in self._now)) if moved else None
+        for part, new in zip(self._now, look(self.plant, robots, own, self.level[rows], before), strict=True):
+            part[rows] = new
+        if self.pixels or self.render_mode is not None:
+            for row, one in zip(rows, own, strict=True):
+                self._states[row] = robots.state(int(one))
+
+    def observations(self) -> Observation | Picture:
+        """Return what is observed of all rows; of a robot that was never seen a picture is black."""
+        if self.pixels:
+            black = np.zeros(self.observation_space.shape, dtype=np.uint8)
+            return np.stack(
+                [black if state is None else self.drawn(row) for row, state in enumerate(self._states)]
+            )
+        return observe(self.plant, self._now, self._goal(), self.state_space, self._more_parts())
+
+    def infos(self) -> dict[str, np.ndarray]:
+        """Return `info` of all rows, in the units of files."""
+        now, drives = self._now, self.drives
+        what = "tension_N" if drives.quantity is Quantity.TENSION else "displacement_m"
+        return in_file_units(
+            {
+                "tip_m": now.tip.copy(),  # in the base frame, as the target
+                "target_m": self.targets_m.copy(),
+                "distance_m": self._distance(),
+                "speed_m_per_s": np.linalg.norm(now.velocity, axis=1),
+                f"commanded_{what}": np.matmul(drives.tendon, now.level[..., np.newaxis])[..., 0],
+                "diverged": self.diverged.copy(),
+                **self._task_info(),
+            }
+        )
+
+    def _observation(self) -> Observation | Picture:
+        return self.observations()[0]
+
+    def _info(self) -> dict[str, Any]:
+        info = one_of(self.infos(), 0)
+        return {**info, "drawn": dict(self._drawn)} if self.randomised else info
 
     def _view(self) -> View:
         """Return where to look from."""
@@ -893,6 +844,10 @@ class TipEnv(RobotEnv):
         """Return what puts the robot into surroundings; None: it stands alone."""
         return None
 
+    def _checked_options(self, options: Any) -> dict[str, Any]:
+        """Return the options of a reset; one that is refused leaves the episode as it is."""
+        return checked_options(options, self.reset_options)
+
     def _renew(self, options: Mapping[str, Any]) -> None:
         """Build the robot anew, at a reset with these options, where it was drawn anew."""
         if self.randomised:
@@ -902,79 +857,48 @@ class TipEnv(RobotEnv):
         self.close()
         self.plant = self._new_plant()
         self.drives = self.plant.drives
-
-    def _more_bounds(self) -> Bounds:
-        """Return the further parts of the observation, by their names."""
-        return {}
+        self._alone = RobotAlone(self.plant)
 
     def _base_after(self, change: Array) -> Array | None:
         """Return where the base goes, shape (c,), by the actions that are left for it; None: it stays."""
         return None
 
-    def _start(self) -> None:
-        """Bring the robot to rest, drives at zero, for a new episode."""
-        self._diverged = False
-        self.plant.reset()
-        self._now = look(self.plant)
-        self._begun = True
+    def given_goal(self, options: Mapping[str, Any]) -> Any:
+        return None
 
-    def _moved(self, action: Action) -> bool:
-        """Move the drives for one control step; return whether the simulation stayed finite.
+    @abstractmethod
+    def draw_goals(self, robots: RobotGroup, chosen: Index, rngs: Generators) -> list[Any]: ...
 
-        Where it did not, the robot is seen as it was before.
+    @abstractmethod
+    def set_goals(self, chosen: Index, goals: list[Any]) -> None: ...
 
-        Raises:
-            InputError: the action has another shape, or is not a number.
-            ResetNeeded: no episode has begun.
-        """
-        shape = self.action_space.shape
-        wished = checked_action("action", action, shape, f"{shape[0]} numbers are needed")
-        if not self._begun:
-            raise gymnasium.error.ResetNeeded("step() needs a reset before it")
-        drives = len(self.drives.names)
-        level = level_after(self.plant.level, wished[:drives], self.drives)
-        base = self._base_after(np.clip(wished[drives:], -1.0, 1.0) * CONTROL_STEP_S)
-        try:
-            self.plant.move(level, CONTROL_STEP_S, base)
-        except SimulationDiverged:
-            self._diverged = True
-            return False
-        self._now = look(self.plant, self._now, CONTROL_STEP_S)
-        return True
+    @abstractmethod
+    def judge_rows(self, stepped: Index) -> tuple[Array, np.ndarray]: ...
 
-    @property
-    def _distance_m(self) -> float:
-        """How far the tip is from the target, in truth."""
-        return float(np.linalg.norm(self._now.tip - self.target_m))
+    def over(self) -> np.ndarray:
+        return np.zeros(len(self.targets_m), dtype=bool)
 
-    def _observed(self, goal: Mapping[str, Array]) -> Observation | Picture:
-        if self.pixels:
-            return self.drawn(self._now.state, self.target_m)
-        return observe(self.plant, self._now, goal, self.state_space, self._more_parts())
+    def _goal(self) -> Mapping[str, Array]:
+        return {"target": self.targets_m / self.length_m}
 
-    def _more_parts(self) -> Mapping[str, Array]:
-        """Return the values of the parts that `_more_bounds` names."""
+    def _more_bounds(self) -> Bounds:
         return {}
 
-    def _common_info(self) -> dict[str, Any]:
-        """Return what every task tells, SI: true places in the base frame and the drives' inputs."""
-        return {
-            "tip_m": self._now.tip.copy(),
-            "target_m": self.target_m.copy(),
-            "distance_m": self._distance_m,
-            "speed_m_per_s": float(np.linalg.norm(self._now.velocity)),
-            commanded_name(self.drives): self.drives.tendon @ self._now.level,
-            "diverged": self._diverged,
-        }
+    def _more_parts(self) -> Mapping[str, Array]:
+        return {}
 
-    def _handed_out(self, told: Mapping[str, Any]) -> dict[str, Any]:
-        """Return `info`: what a task tells, SI, in the units of files, and what was drawn of the robot."""
-        return {**in_file_units(told), **({"drawn": dict(self._drawn)} if self.randomised else {})}
+    @abstractmethod
+    def _task_info(self) -> Mapping[str, Any]: ...
+
+    def _distance(self) -> Array:
+        """Return how far tips are from their targets, in truth, shape (n,) [m]."""
+        distance: Array = np.linalg.norm(self._now.tip - self.targets_m, axis=1)
+        return distance
 
 
-def commanded_name(drives: DriveLevels) -> str:
-    """Return what the tendons' commanded inputs are called in `info`, with their SI unit."""
-    return "commanded_tension_N" if drives.quantity is Quantity.TENSION else "commanded_displacement_m"
+def one_of(infos: Mapping[str, np.ndarray], row: int) -> dict[str, Any]:
+    """Return a row of `TipEnv.infos`; numbers and truth values as Python's own."""
+    return {name: part[row] if part.ndim > 1 else part[row].item() for name, part in infos.items()}
 
 
 def level_after(level: Array, action: Array, drives: DriveLevels) -> Array:

@@ -35,17 +35,11 @@ _PULLS = 1e-3  # share of a coordinate's largest possible pull on the misses tha
 
 @dataclass(frozen=True)
 class BoundedFit:
-    """A point, with its misses and slopes.
+    """A point, with its misses and slopes."""
 
-    Attributes:
-        point: shape (d,).
-        misses: there, shape (m,).
-        slopes: of the misses, shape (m, d).
-    """
-
-    point: Array
-    misses: Array
-    slopes: Array
+    point: Array  # shape (d,)
+    misses: Array  # there, shape (m,)
+    slopes: Array  # of the misses, shape (m, d)
 
     @property
     def size(self) -> float:
@@ -62,15 +56,10 @@ def least_squares(
     slopes: Array | None = None,
     steps: int = _MOST_STEPS,
 ) -> BoundedFit:
-    """Return the point within bounds with the least misses that is found from `start`.
+    """Return the point with the least misses that is found from `start`, shape (d,), with finite misses.
 
-    Args:
-        function: see `Function`.
-        start: shape (d,), with finite misses.
-        least, most: bounds, shape (d,).
-        enough: length of misses at which the search ends.
-        slopes: at the start where they are known, shape (m, d).
-        steps: at most.
+    It lies within `least` and `most`, shape (d,). The search ends at misses as short as `enough`, or after so
+    many steps; `slopes` (m, d) are those at the start where they are known.
     """
     point = np.clip(start, least, most)
     misses = function(point[np.newaxis])[0]

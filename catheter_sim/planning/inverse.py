@@ -34,22 +34,14 @@ _SHORTEST = 1e-6  # a direction's length
 
 @dataclass(frozen=True)
 class Targets:
-    """What is asked, row by row.
+    """What is asked, row by row."""
 
-    Attributes:
-        time_s: shape (r,) [s].
-        names: columns in mm, then those in deg, then the direction's three if asked.
-        asked: their values, shape (r, m); NaN: not asked in this row.
-        millimetres, degrees: how many of the columns are in mm and in deg.
-        length_mm: by which mm are measured.
-    """
-
-    time_s: Array
-    names: tuple[str, ...]
-    asked: Array
-    millimetres: int
+    time_s: Array  # shape (r,) [s]
+    names: tuple[str, ...]  # columns in mm, then those in deg, then the direction's three if asked
+    asked: Array  # their values, shape (r, m); NaN: not asked in this row
+    millimetres: int  # how many of the columns are in mm and in deg
     degrees: int
-    length_mm: float
+    length_mm: float  # by which mm are measured
 
     @property
     def observed(self) -> tuple[str, ...]:
@@ -95,9 +87,8 @@ def axis_of(quaternions: Array) -> Array:
 def targets_of(robot: RobotSpec, table: Table, length_m: float) -> Targets:
     """Return what the columns of `table` ask of `robot`; an empty cell asks nothing.
 
-    Raises:
-        InputError: a column that is no target, a row that asks nothing, half a direction, or time that does
-            not increase.
+    `InputError` is raised for a column that is no target, a row that asks nothing, half a direction, or time
+    that does not increase.
     """
     choices = [name for name in output_channels(robot) if name.endswith(("_mm", "_deg"))]
     for name in table.columns:
@@ -148,19 +139,12 @@ _TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
 
 @dataclass(frozen=True)
 class ReachedPoints:
-    """Reachable tips.
+    """Reachable tips."""
 
-    Attributes:
-        inputs: under which, a row each.
-        tip_mm: shape (n, 3) [mm].
-        direction: of the tip's axis there, shape (n, 3).
-        rejected: how many draws had no balance.
-    """
-
-    inputs: Inputs
-    tip_mm: Array
-    direction: Array
-    rejected: int
+    inputs: Inputs  # under which, a row each
+    tip_mm: Array  # shape (n, 3) [mm]
+    direction: Array  # of the tip's axis there, shape (n, 3)
+    rejected: int  # how many draws had no balance
 
 
 def random_levels(drives: PlanDrives, count: int, rng: np.random.Generator) -> Array:
@@ -179,18 +163,9 @@ def workspace(
     seed: int = 0,
     progress: bool = False,
 ) -> ReachedPoints:
-    """Return where inputs drawn within their ranges bring the tip, each from rest.
+    """Return where so many inputs drawn within the ranges of `drives` bring the tip, each from rest.
 
-    Args:
-        robot: as it is specified, effects named.
-        drives: what may be asked of the inputs.
-        gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        samples: how many draws.
-        seed: of the draws.
-        progress: show on standard error how many are done.
-
-    Raises:
-        InputError: no draw has a balance.
+    Gravity is in the base frame, shape (3,) [m/s^2]. `InputError` is raised where no draw has a balance.
     """
     specified = replace(robot, actuation=drives.actuation)
     built_in(specified)
@@ -222,7 +197,7 @@ def workspace(
 #
 # Dry friction makes a posture depend on the way. Of that way the twin is given the last `REMEMBERED` rows,
 # from rest: a friction's memory fades as inputs go past where they turned before. What is forgotten by
-# that, and what the twin leaves out besides, shows when the whole way is simulated (`inverse`,
+# that, and what the twin leaves out besides, shows when the whole way is simulated (`inverse_kinematics`,
 # corrections).
 
 REMEMBERED = 8  # rows of the way that lead to a posture
@@ -250,20 +225,18 @@ class Forward:
     def seen(self, past: Array, candidates: Array, times: Array) -> Array:
         """Return the targets' columns under each candidate for the next row, shape (B, m); NaN: no balance.
 
-        Args:
-            past: levels of the rows before, shape (h, d).
-            candidates: levels, shape (B, d).
-            times: of the rows before and the next one, shape (h + 1,) [s].
+        `past` holds the levels of the rows before, shape (h, d), `candidates` levels, shape (B, d), and
+        `times` those of the rows before and of the next one, shape (h + 1,) [s].
         """
         kept = min(len(past), REMEMBERED) if self.remembers else 0
         way = past[len(past) - kept :]
         clock = times[len(times) - kept - 1 :]
-        histories = [self._inputs(np.vstack([way, level]), clock) for level in candidates]
-        outputs = self._twin.of_histories(self._robot, histories)[:, -1]
-        return self.targets.seen(outputs)
+        return self._at_the_end([np.vstack([way, level]) for level in candidates], clock)
 
-    def _inputs(self, levels: Array, times: Array) -> Inputs:
-        return inputs_at(self.drives, levels, times - times[0])
+    def _at_the_end(self, ways: Sequence[Array], times: Array) -> Array:
+        """Return the targets' columns at the end of ways of levels, shape (h, d) each, (B, m)."""
+        histories = [inputs_at(self.drives, levels, times - times[0]) for levels in ways]
+        return self.targets.seen(self._twin.of_histories(self._robot, histories)[:, -1])
 
     def _way_counts(self) -> bool:
         """Try whether larger inputs before, and any, change what is seen; asked of a few random pairs."""
@@ -272,11 +245,9 @@ class Forward:
         before, after = (rng.uniform(least, most, (_PAIRS, len(least))) for _ in range(2))
         before[::2] = np.clip(1.3 * after[::2] + 0.2 * np.sign(after[::2]), least, most)
         clock = np.array([0.0, 1.0])
-        ways = [self._inputs(np.stack(pair), clock) for pair in zip(before, after, strict=True)]
-        alone = [self._inputs(level[np.newaxis], clock[:1]) for level in after]
-        one = self.targets.seen(self._twin.of_histories(self._robot, ways)[:, -1])
-        other = self.targets.seen(self._twin.of_histories(self._robot, alone)[:, -1])
-        apart = self.targets.misses(one, other)
+        way = self._at_the_end([np.stack(pair) for pair in zip(before, after, strict=True)], clock)
+        alone = self._at_the_end([level[np.newaxis] for level in after], clock[:1])
+        apart = self.targets.misses(way, alone)
         return not bool(np.nanmax(np.abs(apart), initial=0.0) < _SAME)
 
 
@@ -290,19 +261,33 @@ class Forward:
 # What is missed by more than the tolerance and less than so many times it is looked for in other ways. Rows
 # that are out of reach mostly stand together: after so many in which nothing is found no more is looked for.
 NEARLY, FRUITLESS = 50.0, 3
-_CLOUD, _CLOUD_RUBBING = (
-    1024,
-    256,
-)  # postures from rest among which searches start; fewer where each takes long
+# Postures from rest among which searches start; fewer where each takes long.
+_CLOUD, _CLOUD_RUBBING = 1024, 256
 _STARTS, _ELSEWHERE = 16, 12  # near the target, and anywhere; the best of them are searched from
 _SEARCHES, _SEARCHES_TO_SPARE = 10, 24  # at most, until one reaches the target; the second one as below
 _APART = 0.3  # of some input's range: searches from starts that are nearer to one another end alike
 # Share of the tolerance at which a search ends; the second one of robots that rub and have inputs to spare:
 # without these, what rows before leave of their error may put a target out of reach.
 _ENOUGH, _ENOUGH_TO_SPARE = 0.02, 0.1
-_NEAR_TO_SPARE = (
-    5.0  # times that: with inputs to spare no other search is begun; simulation corrects the rest
-)
+# Times that: with inputs to spare no other search is begun; simulation corrects the rest.
+_NEAR_TO_SPARE = 5.0
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """By how much a reached target may be missed."""
+
+    mm: float
+    deg: float
+
+    def of_misses(self, targets: Targets) -> float:
+        """Return the largest length of misses with which every column is within the tolerance."""
+        return float(
+            min(
+                self.mm / targets.length_mm if targets.millimetres else np.inf,
+                np.radians(self.deg) if len(targets.names) > targets.millimetres else np.inf,
+            )
+        )
 
 
 class Rows:
@@ -312,57 +297,58 @@ class Rows:
         targets: the file's.
         drives: what may be asked of the inputs.
         clock: when each row is held, shape (r,) [s]: a second from rest to the first.
-        tolerance: the largest length of misses with which a target is reached.
+        within: by how much a target may be missed that is reached.
+        tolerance: the largest length of misses with which it is.
         remembers: whether a posture depends on the rows before.
         spare: whether it does, and the robot has more inputs than are needed.
     """
 
     def __init__(
-        self, robot: RobotSpec, targets: Targets, drives: PlanDrives, gravity_mps2: Array, tolerance: float
+        self, robot: RobotSpec, targets: Targets, drives: PlanDrives, gravity_mps2: Array, within: Tolerance
     ) -> None:
-        self.targets, self.drives, self.tolerance = targets, drives, tolerance
+        self.targets, self.drives = targets, drives
+        self.within, self.tolerance = within, within.of_misses(targets)
         self.clock = targets.time_s - targets.time_s[0] + 1.0
         self._forward = Forward(robot, drives, targets, gravity_mps2)
         self.remembers = self._forward.remembers
         self.spare = self.remembers and len(drives.names) > len(targets.names)
-        self._cloud = _cloud(drives, _CLOUD_RUBBING if self.remembers else _CLOUD)
+        count = _CLOUD_RUBBING if self.remembers else _CLOUD
+        self._cloud = random_levels(drives, count, np.random.default_rng(0))  # the same every time
+        self._cloud[0] = 0.0
         self._cloud_seen = self._forward.seen(np.zeros((0, len(drives.names))), self._cloud, np.zeros(1))
         if not np.isfinite(self._cloud_seen).all(axis=1).any():
             raise InputError(f"{robot.name}: no posture of its twin balances within the limits of its inputs")
-        self._enough = (_ENOUGH_TO_SPARE if self.spare else _ENOUGH) * tolerance
+        self._enough = (_ENOUGH_TO_SPARE if self.spare else _ENOUGH) * self.tolerance
         self._near = (_NEAR_TO_SPARE if self.spare else 1.0) * self._enough
 
     def find(self, offset: Array, known: list[BoundedFit] | None, progress: bool) -> list[BoundedFit]:
-        """Return what is found for each row, asked for with an offset, shape (r, m).
+        """Return what is found for each row, asked for with an offset on top, shape (r, m).
 
-        Args:
-            offset: added to what is asked.
-            known: of the rows as found with a smaller or no offset; None: nothing is known.
-            progress: show how many rows are done.
+        What is `known` of the rows was found with a smaller or no offset; None: nothing is.
         """
         asked = self.targets.asked + offset
         found: list[BoundedFit] = []
         name, fruitless = "inverse kinematics" if known is None else "correcting", 0
         for row in counted(range(len(asked)), len(asked), name, "target", progress):
-            if known is not None and np.isfinite(self._misses(asked, found, row)(_as_row(known[row]))).all():
-                found.append(self._search(asked, found, row, known[row].point, known[row].slopes))
-                continue
+            before = None if known is None else known[row]
+            if before is not None:
+                misses = self._misses(asked, found, row)
+                if np.isfinite(misses(before.point[np.newaxis])).all():
+                    found.append(self._search(asked, found, row, before.point, before.slopes))
+                    continue
             found.append(self._best(asked, found, row))
-            missed = found[-1].size / self.tolerance
-            if (
-                row
-                and self.spare
-                and 1.0 < missed < NEARLY
-                and not self.too_far(row)
-                and fruitless < FRUITLESS
-            ):
+            nearly = self.spare and 1.0 < found[-1].size / self.tolerance < NEARLY
+            if row and nearly and not self.too_far(row) and fruitless < FRUITLESS:
                 pair = self._by_another_way(asked, found, row)
                 found[-2:], fruitless = pair or found[-2:], 0 if pair else fruitless + 1
         return found
 
-    def others(self, found: Sequence[BoundedFit], row: int) -> Iterator[BoundedFit]:
-        """Yield inputs by which the twin reaches a row's target after those of the rows before."""
-        yield from self._others(self.targets.asked, found, row)
+    def others(
+        self, found: Sequence[BoundedFit], row: int, asked: Array | None = None
+    ) -> Iterator[BoundedFit]:
+        """Yield inputs by which the twin reaches what a row is asked after those of the rows before."""
+        asked = self.targets.asked if asked is None else asked
+        return (item for item in self._searches(asked, found, row) if item.size <= self._near)
 
     def too_far(self, row: int) -> bool:
         """Return whether a tip is asked for beyond the robot's length: one search finds the nearest."""
@@ -373,20 +359,16 @@ class Rows:
 
     def reached(self, found: Sequence[BoundedFit]) -> Array:
         """Return the targets' columns by the twin, shape (r, m)."""
-        levels = np.array([item.point for item in found])
+        levels, clock, seen = _levels(found), self.clock, self._forward.seen
         rows = range(len(levels))
-        seen = [
-            self._forward.seen(levels[:row], levels[row : row + 1], self.clock[: row + 1]) for row in rows
-        ]
-        return np.concatenate(seen)
+        return np.concatenate([seen(levels[:k], levels[k : k + 1], clock[: k + 1]) for k in rows])
 
     def inputs(self, found: Sequence[BoundedFit]) -> Inputs:
         """Return the rows' inputs."""
-        levels = np.array([item.point for item in found])
-        return inputs_at(self.drives, levels, self.targets.time_s - self.targets.time_s[0])
+        return inputs_at(self.drives, _levels(found), self.targets.time_s - self.targets.time_s[0])
 
     def _misses(self, asked: Array, found: Sequence[BoundedFit], row: int) -> Function:
-        past = np.array([item.point for item in found[:row]]).reshape(-1, len(self.drives.names))
+        past = _levels(found[:row]).reshape(-1, len(self.drives.names))
         times = self.clock[: row + 1]
         return lambda levels: self.targets.misses(self._forward.seen(past, levels, times), asked[row])
 
@@ -424,15 +406,6 @@ class Rows:
             tried.append(starts[index])
             yield self._search(asked, found, row, starts[index])
 
-    def _nearly(self, found: BoundedFit) -> bool:
-        """Return whether a robot with inputs to spare missed by little."""
-        return self.spare and 1.0 < found.size / self.tolerance < NEARLY
-
-    def _others(self, asked: Array, found: Sequence[BoundedFit], row: int) -> Iterator[BoundedFit]:
-        for item in self._searches(asked, found, row):
-            if item.size <= self._near:
-                yield item
-
     def _by_another_way(self, asked: Array, found: Sequence[BoundedFit], row: int) -> list[BoundedFit] | None:
         """Return the inputs of the row before and of a row, such that both are reached; None: not found.
 
@@ -441,7 +414,7 @@ class Rows:
         """
         at_rest = np.clip(0.0, self.drives.least, self.drives.most)
         tried: list[BoundedFit] = []
-        for before in self._others(asked, found, row - 1):
+        for before in self.others(found, row - 1, asked):
             item = self._search(asked, [*found[: row - 1], before], row, found[row].point)
             if item.size <= self._near:
                 return [before, item]
@@ -456,7 +429,7 @@ class Rows:
         """Return levels to search from, shape (s, d): postures near the target, and the one before."""
         size = np.linalg.norm(self.targets.misses(self._cloud_seen, asked), axis=1)
         order = np.argsort(np.where(np.isfinite(size), size, np.inf))
-        before = _as_row(found[-1]) if found else np.zeros((1, len(self.drives.names)))
+        before = found[-1].point if found else np.zeros(len(self.drives.names))
         nearest = self._cloud[self._spread(order, _STARTS)]
         if self.spare or not self.remembers:
             return np.vstack([before, nearest])
@@ -474,15 +447,8 @@ class Rows:
         return chosen
 
 
-def _as_row(found: BoundedFit) -> Array:
-    return found.point[np.newaxis]
-
-
-def _cloud(drives: PlanDrives, count: int) -> Array:
-    """Return levels all over the range, the same every time, shape (count, d)."""
-    levels = random_levels(drives, count, np.random.default_rng(0))
-    levels[0] = 0.0
-    return levels
+def _levels(found: Sequence[BoundedFit]) -> Array:
+    return np.array([item.point for item in found])
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -502,15 +468,11 @@ class InSimulation:
     """The rows of a file, simulated."""
 
     def __init__(self, rows: Rows, robot: RobotSpec, gravity_mps2: Array) -> None:
-        self._rows, self._robot, self._gravity_mps2 = rows, robot, gravity_mps2
+        self.rows, self._robot, self._gravity_mps2 = rows, robot, gravity_mps2
 
     def reached(self, found: Sequence[BoundedFit], progress: bool = False) -> Array:
-        """Return the targets' columns by the simulation, shape (r, m).
-
-        Raises:
-            SimulationDiverged: the simulation left the finite numbers.
-        """
-        run = simulate(self._robot, self._rows.inputs(found), self._gravity_mps2, progress=progress)
+        """Return the targets' columns by the simulation, shape (r, m), where it does not diverge."""
+        run = simulate(self._robot, self.rows.inputs(found), self._gravity_mps2, progress=progress)
         if run.failure is not None:
             raise SimulationDiverged(run.failure)
         return self._columns(run.postures)
@@ -521,9 +483,9 @@ class InSimulation:
         Of the rows before, those are simulated that a twin is given.
         """
         other = self._search(found, row, found[row].point)
-        if other is not None or not self._rows.spare:
+        if other is not None or not self.rows.spare:
             return other
-        points = np.array([item.point for item in self._rows.others(found, row)])
+        points = _levels(list(self.rows.others(found, row)))
         if not len(points):
             return None
         size = np.linalg.norm(self._misses(found, row, points), axis=1)
@@ -539,27 +501,27 @@ class InSimulation:
 
         if not np.isfinite(misses(start[np.newaxis])).all():
             return None
-        drives, tolerance = self._rows.drives, self._rows.tolerance
+        drives, tolerance = self.rows.drives, self.rows.tolerance
         other = least_squares(misses, start, drives.least, drives.most, GOOD * tolerance, steps=_STEPS)
         return other if other.size <= tolerance else None
 
     def _misses(self, found: Sequence[BoundedFit], row: int, levels: Array) -> Array:
-        way = found[max(row - REMEMBERED, 0) if self._rows.remembers else row : row]
+        way = found[max(row - REMEMBERED, 0) if self.rows.remembers else row : row]
         seen = [self._last(way, row, level) for level in levels]
-        return self._rows.targets.misses(np.array(seen), self._rows.targets.asked[row])
+        return self.rows.targets.misses(np.array(seen), self.rows.targets.asked[row])
 
     def _last(self, way: Sequence[BoundedFit], row: int, level: Array) -> Array:
         """Return the targets' columns of one row by the simulation, after a way from rest; NaN: diverged."""
         levels = np.array([*(item.point for item in way), level])
-        clock = self._rows.clock[row - len(way) : row + 1]
-        inputs = inputs_at(self._rows.drives, levels, clock - clock[0])
+        clock = self.rows.clock[row - len(way) : row + 1]
+        inputs = inputs_at(self.rows.drives, levels, clock - clock[0])
         run = simulate(self._robot, inputs, self._gravity_mps2)
         if run.failure is not None:
-            return np.full(len(self._rows.targets.names), np.nan)
+            return np.full(len(self.rows.targets.names), np.nan)
         return self._columns(run.postures[-1:])[0]
 
     def _columns(self, postures: Sequence[Posture]) -> Array:
-        targets = self._rows.targets
+        targets = self.rows.targets
         columns = posture_columns(self._robot, postures, targets.observed)
         return targets.seen(np.stack([columns[name] for name in targets.observed], axis=1))
 
@@ -567,9 +529,9 @@ class InSimulation:
 # ----------------------------------------------------------------------------------------------------
 # Inverse kinematics of any robot: inputs that bring it to each target in turn, or as near as they can.
 #
-# The rows are found on the robot's twin (`rows`). Then the whole file is simulated, and what the simulation
+# The rows are found on the robot's twin (`Rows`). Then the whole file is simulated, and what the simulation
 # misses is asked for on top, as often as it takes or is allowed; rows that it still misses by little are
-# searched for in the simulation itself (`in_simulation`).
+# searched for in the simulation itself (`InSimulation`).
 
 TOLERANCE_SHARE = 1e-3  # of the robot's length: a target that is missed by less is reached
 TOLERANCE_DEG = 0.2  # the same of angles and of the direction
@@ -578,46 +540,18 @@ WORKSPACE = "workspace"  # no input's limit binds, and still the robot comes no 
 
 
 @dataclass(frozen=True)
-class Tolerance:
-    """By how much a reached target may be missed."""
-
-    mm: float
-    deg: float
-
-    def of_misses(self, targets: Targets) -> float:
-        """Return the largest length of misses with which every column is within the tolerance."""
-        return float(
-            min(
-                self.mm / targets.length_mm if targets.millimetres else np.inf,
-                np.radians(self.deg) if len(targets.names) > targets.millimetres else np.inf,
-            )
-        )
-
-
-@dataclass(frozen=True)
 class InputPlan:
-    """Inputs for targets.
+    """Inputs for targets."""
 
-    Attributes:
-        targets: what was asked.
-        inputs: a row for each target.
-        reached: the targets' columns by the twin, shape (r, m).
-        simulated: the same by the simulation, shape (r, m); None: not simulated.
-        error_mm, error_deg: what is missed of each row's target, by the simulation where there is one, (r,).
-        reachable: whether that is within the tolerance, shape (r,).
-        limits: of a row that is not reachable, the limits that hold it back, else empty.
-        corrections: how often the simulation's misses were corrected.
-    """
-
-    targets: Targets
-    inputs: Inputs
-    reached: Array
-    simulated: Array | None
-    error_mm: Array
+    targets: Targets  # what was asked
+    inputs: Inputs  # a row for each target
+    reached: Array  # the targets' columns by the twin, shape (r, m)
+    simulated: Array | None  # the same by the simulation, shape (r, m); None: not simulated
+    error_mm: Array  # what is missed of each row's target, by the simulation where there is one, (r,)
     error_deg: Array
-    reachable: np.ndarray
-    limits: tuple[str, ...]
-    corrections: int
+    reachable: np.ndarray  # whether that is within the tolerance, shape (r,)
+    limits: tuple[str, ...]  # of a row that is not reachable, the limits that hold it back, else empty
+    corrections: int  # how often the simulation's misses were corrected
 
 
 def inverse_kinematics(
@@ -631,72 +565,53 @@ def inverse_kinematics(
 ) -> InputPlan:
     """Return inputs that bring `robot` to one target after another, each row held until rest.
 
-    Args:
-        robot: as it is specified, effects named.
-        targets: what is asked.
-        drives: what may be asked of the inputs.
-        gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        corrections: largest number of corrections by simulation; None: do not simulate at all.
-        tolerance: default: `TOLERANCE_SHARE`, `TOLERANCE_DEG`.
-        progress: show on standard error what is done.
+    Gravity is in the base frame, shape (3,) [m/s^2]. At most so many `corrections` by simulation are made;
+    None: nothing is simulated. The default tolerance is `TOLERANCE_SHARE`, `TOLERANCE_DEG`.
 
     Raises:
         InputError: the robot cannot be driven or built, or stands nowhere that the twin knows.
         SimulationDiverged: the simulation left the finite numbers under the inputs found.
     """
     within = tolerance or Tolerance(TOLERANCE_SHARE * targets.length_mm, TOLERANCE_DEG)
-    rows = Rows(robot, targets, drives, gravity_mps2, within.of_misses(targets))
+    rows = Rows(robot, targets, drives, gravity_mps2, within)
     found = rows.find(np.zeros_like(targets.asked), None, progress)
     if corrections is None:
-        return _plan(rows, within, found, None, 0)
+        return _plan(rows, found, None, 0)
     simulation = InSimulation(rows, robot, gravity_mps2)
-    found, plan = _corrected(rows, simulation, within, found, corrections, progress)
-    return _searched_by_simulation(rows, simulation, within, found, plan, progress) if corrections else plan
+    found, plan = _corrected(simulation, found, corrections, progress)
+    return _searched_by_simulation(simulation, found, plan, progress) if corrections else plan
 
 
 def _corrected(
-    rows: Rows,
-    simulation: InSimulation,
-    within: Tolerance,
-    found: list[BoundedFit],
-    corrections: int,
-    progress: bool,
+    simulation: InSimulation, found: list[BoundedFit], corrections: int, progress: bool
 ) -> tuple[list[BoundedFit], InputPlan]:
     """Return what is found, and its plan, where the simulation's misses are asked for on top."""
-    targets = rows.targets
+    rows, targets = simulation.rows, simulation.rows.targets
     offset = np.zeros_like(targets.asked)
-    best: tuple[list[BoundedFit], InputPlan] | None = None
+    tried: list[tuple[list[BoundedFit], InputPlan]] = []
     for count in range(corrections + 1):
-        plan = _plan(rows, within, found, simulation.reached(found, progress), count)
-        if best is None or _score(plan) < _score(best[1]):
-            best = found, plan
-        assert plan.simulated is not None
-        close = _inside(targets, within, plan.simulated, targets.asked)
-        done = close | ~_inside(targets, within, plan.reached, targets.asked + offset)
+        simulated = simulation.reached(found, progress)
+        tried.append((found, _plan(rows, found, simulated, count)))
+        close = _inside(rows, simulated, targets.asked)
+        done = close | ~_inside(rows, tried[-1][1].reached, targets.asked + offset)
         if done.all() or count == corrections:
             break
-        missed = np.where(np.isfinite(targets.asked), targets.asked - plan.simulated, 0.0)
+        missed = np.where(np.isfinite(targets.asked), targets.asked - simulated, 0.0)
         offset = offset + np.where(done[:, np.newaxis], 0.0, missed)
         found = rows.find(offset, found, progress)
-    assert best is not None
-    return best
+    return min(tried, key=lambda item: _score(item[1]))
 
 
 def _searched_by_simulation(
-    rows: Rows,
-    simulation: InSimulation,
-    within: Tolerance,
-    found: list[BoundedFit],
-    plan: InputPlan,
-    progress: bool,
+    simulation: InSimulation, found: list[BoundedFit], plan: InputPlan, progress: bool
 ) -> InputPlan:
     """Return the best plan where one row after another that is missed by little is searched for anew.
 
     Rows after one that is found may be missed by that: they are searched for in their turn.
     """
-    best, fruitless = plan, 0
+    rows, best, fruitless = simulation.rows, plan, 0
     for row in counted(range(len(found)), len(found), "searching by simulation", "target", progress):
-        error = max(plan.error_mm[row] / within.mm, plan.error_deg[row] / within.deg)
+        error = max(plan.error_mm[row] / rows.within.mm, plan.error_deg[row] / rows.within.deg)
         if plan.reachable[row] or error > NEARLY or rows.too_far(row) or fruitless == FRUITLESS:
             continue
         other = simulation.row(found, row)
@@ -704,7 +619,7 @@ def _searched_by_simulation(
             fruitless += 1
             continue
         changed = [*found[:row], other, *found[row + 1 :]]
-        again = _plan(rows, within, changed, simulation.reached(changed), plan.corrections)
+        again = _plan(rows, changed, simulation.reached(changed), plan.corrections)
         if not again.reachable[row]:
             fruitless += 1
             continue
@@ -713,18 +628,17 @@ def _searched_by_simulation(
     return best
 
 
-def _inside(targets: Targets, within: Tolerance, seen: Array, asked: Array) -> np.ndarray:
+def _inside(rows: Rows, seen: Array, asked: Array) -> np.ndarray:
     """Return which rows are missed by so little that nothing is corrected, shape (r,)."""
+    targets, within = rows.targets, rows.within
     misses = targets.misses(seen, asked)
     near = targets.error_mm(misses) <= GOOD * within.mm
     return near & (targets.error_deg(misses) <= GOOD * within.deg)
 
 
-def _plan(
-    rows: Rows, within: Tolerance, found: Sequence[BoundedFit], simulated: Array | None, corrections: int
-) -> InputPlan:
+def _plan(rows: Rows, found: Sequence[BoundedFit], simulated: Array | None, corrections: int) -> InputPlan:
     """Return what was found as a plan."""
-    targets, drives = rows.targets, rows.drives
+    targets, drives, within = rows.targets, rows.drives, rows.within
     reached = rows.reached(found)
     misses = targets.misses(reached if simulated is None else simulated, targets.asked)
     error_mm, error_deg = targets.error_mm(misses), targets.error_deg(misses)

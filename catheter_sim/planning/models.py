@@ -23,10 +23,8 @@ from catheter_sim.tables import Table
 from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.theory.which_model import (
     ChosenModel,
-    ModelError,
-    accurate,
     apart,
-    best_of,
+    chosen,
     interleaved_s,
     model_error,
     solver_calls,
@@ -43,11 +41,6 @@ SIMULATION = "simulation"
 _LONGEST_S = 20.0  # of timing, all models together
 
 
-def applying(robot: RobotSpec) -> list[str]:
-    """Return the static models that know `robot`, its effects included, in the order of lists."""
-    return [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)]
-
-
 def compare_models(
     robot: RobotSpec,
     inputs: Inputs,
@@ -60,15 +53,8 @@ def compare_models(
 ) -> ChosenModel:
     """Return the fastest static model whose tip stays within a tolerance of the reference's, row after row.
 
-    Args:
-        robot: as it is specified, effects named.
-        inputs: as commanded; their rows make the history.
-        gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        tolerance_percent: largest allowed distance of the tip [% of the robot's length].
-        tolerance_deg: largest allowed angle between the tips' frames [deg].
-        reference: "simulation", or a static model that knows the robot.
-        clock: read before and after each solve [s].
-        progress: show on standard error how far the simulation is.
+    Arguments as of `theory.which_model`; the rows of `inputs`, as commanded, make the history, and the
+    reference may be "simulation".
 
     Raises:
         InputError: a tolerance is not above zero, or the reference is unknown or does not solve the rows.
@@ -76,10 +62,16 @@ def compare_models(
     """
     if not (tolerance_percent > 0.0 and tolerance_deg > 0.0):
         raise InputError(f"tolerance {tolerance_percent:g} % and {tolerance_deg:g} deg: must be above zero")
-    names = applying(robot)
+    names = [name for name, model in STATIC_MODELS.items() if model.applies_to(robot)]
     if reference != SIMULATION and reference not in names:
         raise unknown("reference", reference, [SIMULATION, *names], robot.name)
-    exact = _reference(robot, inputs, gravity_mps2, reference, progress)
+    if reference == SIMULATION:
+        run = simulate(robot, inputs, gravity_mps2, progress=progress)
+        if run.failure is not None:
+            raise SimulationDiverged(run.failure)
+        exact: Sequence[Posture] = run.postures
+    else:
+        exact = STATIC_MODELS[reference].solve(robot, inputs, gravity_mps2).postures
     length_m = kind_of(robot).model.length_m(robot)
     away: dict[str, list[tuple[float, float] | None]] = {}
     why: dict[str, str] = {}
@@ -97,39 +89,15 @@ def compare_models(
     }
     rounds = int(np.clip(_LONGEST_S / max(spent_once, 1e-9), 1, 7))
     spent = interleaved_s(calls, clock, rounds)
-    found: list[ModelError] = [
-        replace(
-            model_error(
-                name, away[name], length_m, 1e3 * spent[name] / len(inputs) if name in spent else math.inf
-            ),
-            why=why.get(name, ""),
-        )
-        for name in names
-    ]
-    within = accurate(found, tolerance_percent, tolerance_deg)
-    found.sort(key=lambda item: item.ms)
-    return ChosenModel(best_of(within, names).model if within else reference, reference, tuple(found))
-
-
-def _reference(
-    robot: RobotSpec, inputs: Inputs, gravity: Array, reference: str, progress: bool
-) -> Sequence[Posture]:
-    if reference != SIMULATION:
-        return STATIC_MODELS[reference].solve(robot, inputs, gravity).postures
-    run = simulate(robot, inputs, gravity, progress=progress)
-    if run.failure is not None:
-        raise SimulationDiverged(run.failure)
-    return run.postures
+    ms = {name: 1e3 * spent[name] / len(inputs) if name in spent else math.inf for name in names}
+    found = [model_error(name, away[name], length_m, ms[name], why.get(name, "")) for name in names]
+    return chosen(found, reference, tolerance_percent, tolerance_deg)
 
 
 def _away(
     model: str, robot: RobotSpec, inputs: Inputs, gravity: Array, exact: Sequence[Posture]
 ) -> list[tuple[float, float] | None]:
-    """Return each row's distance [m] and angle [rad] from the reference; None where it is not solved.
-
-    Raises:
-        InputError: the model does not know the robot or its inputs.
-    """
+    """Return each row's distance [m] and angle [rad] from the reference; None where it is not solved."""
     postures = STATIC_MODELS[model].solve(robot, inputs, gravity).postures
     good = finite_rows(postures)
     return [apart(postures[row], right) if row < good else None for row, right in enumerate(exact)]
@@ -146,26 +114,16 @@ def _away(
 
 @dataclass(frozen=True)
 class PlanDrives:
-    """A robot's inputs as independent drives; a level of 1 is the upper end of a drive's own range.
+    """A robot's inputs as independent drives; a level of 1 is the upper end of a drive's own range."""
 
-    Attributes:
-        actuation: "tension" or "displacement".
-        names: an input column, or the bend of a segment (`bend_<segment>_<axis>_deg`).
-        least, most: levels between which a plan stays, shape (d,).
-        unit: what a level of 1 is, in the unit that the name ends in, shape (d,).
-        tendon: input of each tendon at level 1, shape (t, d) [N or m].
-        input_range: least and largest input of each tendon that the simulation takes, shape (2, t).
-        length_m: of the straight robot, all pushed out [m].
-    """
-
-    actuation: str
-    names: tuple[str, ...]
-    least: Array
+    actuation: str  # "tension" or "displacement"
+    names: tuple[str, ...]  # an input column, or the bend of a segment (`bend_<segment>_<axis>_deg`)
+    least: Array  # levels between which a plan stays, shape (d,)
     most: Array
-    unit: Array
-    tendon: Array
-    input_range: Array
-    length_m: float
+    unit: Array  # what a level of 1 is, in the unit that the name ends in, shape (d,)
+    tendon: Array  # input of each tendon at level 1, shape (t, d) [N or m]
+    input_range: Array  # least and largest input of each tendon that the simulation takes, shape (2, t)
+    length_m: float  # of the straight robot, all pushed out [m]
 
     def tendon_inputs(self, levels: Array) -> Array:
         """Return the tendons' inputs at levels (..., d), shape (..., t) [N or m]."""
@@ -179,11 +137,7 @@ class PlanDrives:
 
 
 def plan_drives(robot: RobotSpec) -> PlanDrives:
-    """Return the drives of `robot`, driven as it is specified.
-
-    Raises:
-        InputError: nothing drives the robot.
-    """
+    """Return the drives of `robot`, driven as it is specified; `InputError` where nothing drives it."""
     face = face_of(robot, "steering", "plan")
     quick = face.quick_model(robot, robot.actuation, _largest_bend_rad(robot.name))
     drives = quick.drives
@@ -210,15 +164,9 @@ def plan_drives(robot: RobotSpec) -> PlanDrives:
 
 
 def with_limits(drives: PlanDrives, limits: Mapping[str, tuple[float, float]], where: str) -> PlanDrives:
-    """Return `drives` that stay within a user's limits.
+    """Return `drives` that stay within a user's limits, least and most by name in the unit that it ends in.
 
-    Args:
-        drives: of the robot.
-        limits: least and most by drive's name, in the unit that the name ends in.
-        where: what to call them in errors.
-
-    Raises:
-        InputError: no such drive, least above most, or rest (0) not between them.
+    `InputError`, which calls them `where`: no such drive, least above most, or rest (0) not between them.
     """
     least, most = drives.least.copy(), drives.most.copy()
     for name, (low, high) in limits.items():

@@ -39,19 +39,12 @@ _SOME = 0.58  # of half a range, for slopes: its standard deviation
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of readings, white; by unit of their columns.
+    """Standard deviations of readings, white; by unit of their columns."""
 
-    Attributes:
-        tension_N: of tensions.
-        displacement_mm: of inputs in mm.
-        position_mm: of measured outputs in mm.
-        angle_deg: of measured outputs in deg.
-    """
-
-    tension_N: float = 0.0
-    displacement_mm: float = 0.0
-    position_mm: float = 0.0
-    angle_deg: float = 0.0
+    tension_N: float = 0.0  # of tensions
+    displacement_mm: float = 0.0  # of inputs in mm
+    position_mm: float = 0.0  # of measured outputs in mm
+    angle_deg: float = 0.0  # of measured outputs in deg
 
     def of_input(self, column: str) -> float:
         """Return that of an input column, in its unit."""
@@ -65,61 +58,41 @@ class Noise:
 
 @dataclass(frozen=True)
 class UncertainCause:
-    """A number, or several at once, that a robot's specification gives only within an even range.
+    """A number, or several at once, that a robot's specification gives only within an even range."""
 
-    Attributes:
-        name: of the cause.
-        change: the robot with the number away from what is specified, by -1 to 1 of half its range.
-    """
-
-    name: str
+    name: str  # of the cause
+    # The robot with the number away from what is specified, by -1 to 1 of half its range.
     change: Callable[[RobotSpec, float], RobotSpec]
 
 
 @dataclass(frozen=True)
 class Readings:
-    """What was measured.
+    """What was measured."""
 
-    Attributes:
-        time_s: of the file, shape (r,) [s].
-        inputs: as commanded or measured.
-        outputs: names of measured outputs.
-        seen: their values, shape (r, k), in their units; NaN: not measured.
-    """
-
-    time_s: Array
-    inputs: Inputs
-    outputs: tuple[str, ...]
-    seen: Array
+    time_s: Array  # of the file, shape (r,) [s]
+    inputs: Inputs  # as commanded or measured
+    outputs: tuple[str, ...]  # names of measured outputs
+    seen: Array  # their values, shape (r, k), in their units; NaN: not measured
 
 
 @dataclass(frozen=True)
 class Sensed:
-    """Postures with their regions; columns in their own units.
+    """Postures with their regions; columns in their own units."""
 
-    Attributes:
-        time_s: shape (r,) [s].
-        columns: names.
-        value: the most likely, shape (r, o).
-        low, high: ends of the regions that hold `INSIDE` of the truth, shape (r, o).
-        deviations: standard deviation that each cause alone would make, by its name, shape (r, o).
-    """
-
-    time_s: Array
-    columns: tuple[str, ...]
-    value: Array
-    low: Array
+    time_s: Array  # shape (r,) [s]
+    columns: tuple[str, ...]  # names
+    value: Array  # the most likely, shape (r, o)
+    low: Array  # ends of the regions that hold `INSIDE` of the truth, shape (r, o)
     high: Array
+    # Standard deviation that each cause alone would make, by its name, shape (r, o).
     deviations: Mapping[str, Array]
 
 
 def readings_of(robot: RobotSpec, table: Table, noise: Noise) -> Readings:
     """Return the readings in `table`: input columns, forces, and outputs in mm, deg or N.
 
-    A reading that noise has taken beyond what its input can be is taken for that input's end.
-
-    Raises:
-        InputError: a column that is neither, or as `channels.read_inputs`.
+    A reading that noise has taken beyond what its input can be is taken for that input's end. `InputError`: a
+    column that is neither, or as `channels.read_inputs`.
     """
     drives = {drive.column: drive for drive in drives_of(robot)}
     outputs = [
@@ -135,10 +108,8 @@ def readings_of(robot: RobotSpec, table: Table, noise: Noise) -> Readings:
             near = (columns[name] > least - slack) & (columns[name] < most + slack)
             columns[name] = np.where(near, np.clip(columns[name], least, most), columns[name])
     inputs = read_inputs(robot, replace(table, columns=columns))
-    seen = [table.columns[name] for name in outputs]
-    return Readings(
-        table.time_s, inputs, tuple(outputs), np.array(seen).T.reshape(len(table.time_s), len(outputs))
-    )
+    seen = np.array([table.columns[name] for name in outputs]).T.reshape(len(inputs), len(outputs))
+    return Readings(table.time_s, inputs, tuple(outputs), seen)
 
 
 def within_factor(keys: Sequence[str], half: float) -> Callable[[RobotSpec, float], RobotSpec]:
@@ -167,18 +138,10 @@ def sense(
     columns: Sequence[str],
     gravity_mps2: Array,
 ) -> Sensed:
-    """Return the robot's posture at every row of readings, with its regions.
+    """Return the output columns at every row of readings, with their regions.
 
-    Args:
-        robot: as it is specified, effects named.
-        readings: what was measured.
-        noise: of the readings.
-        causes: what of the robot is known only within a range.
-        columns: output columns wanted.
-        gravity_mps2: in the base frame, shape (3,) [m/s^2].
-
-    Raises:
-        InputError: a row has no balance, or a measured output has no noise.
+    Gravity is in the base frame, shape (3,) [m/s^2]. `InputError`: a row has no balance, or a measured output
+    has no noise.
     """
     built_in(robot)
     wanted = (*columns, *(name for name in readings.outputs if name not in columns))
@@ -230,22 +193,14 @@ def _of_cause(twin: Prediction, robot: RobotSpec, inputs: Inputs, cause: Uncerta
 
 @dataclass(frozen=True)
 class _Push:
-    """What noise of one input does: its rows from `first` on, each `apart` rows, were pushed at once.
+    """What noise of one input does: its rows from `first` on, each `apart` rows, were pushed at once."""
 
-    Attributes:
-        drive: place of the input among the columns.
-        first, apart: rows.
-        gain: change of the outputs in each row by the last push before it, shape (r, o) [per SI unit].
-        deviation: of the noise [SI].
-        room: least and largest deviation that the input's range leaves in each row, shape (2, r) [SI].
-    """
-
-    drive: int
-    first: int
+    drive: int  # place of the input among the columns
+    first: int  # rows
     apart: int
-    gain: Array
-    deviation: float
-    room: Array
+    gain: Array  # change of the outputs in each row by the last push before it, shape (r, o) [per SI unit]
+    deviation: float  # of the noise [SI]
+    room: Array  # least and largest deviation that the input's range leaves in each row, shape (2, r) [SI]
 
 
 def _pushes(twin: Prediction, robot: RobotSpec, inputs: Inputs, noise: Noise) -> list[_Push]:
@@ -298,11 +253,7 @@ def _noise_by_rows(
 def _drawn_noise(pushes: Sequence[_Push], drawn: Array, rows: range, outputs: int) -> Array:
     """Return how far the inputs' noise moves the outputs of some rows, shape (n, r, o).
 
-    Args:
-        pushes: what noise does.
-        drawn: noise in deviations, of these rows and of those before that they remember, shape (n, k, d).
-        rows: which rows.
-        outputs: how many columns.
+    It is `drawn` in deviations, of these rows and of those before that they remember, shape (n, k, d).
     """
     earliest = rows.stop - drawn.shape[1]
     total = np.zeros((len(drawn), len(rows), outputs))

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from catheter_sim.anatomy.anatomies import Wall, drawn, middles
+from catheter_sim.anatomy.anatomies import Ranges, Wall, drawn, middles, ranged, ranges_of
 from catheter_sim.arrays import Array
-from catheter_sim.mjcf.solids import together
 
 # ----------------------------------------------------------------------------------------------------
 # Rigid transforms as the procedure needs them: the robot's base in the valve frame, errors of a pose.
@@ -30,11 +28,8 @@ def transform(R: Array, p: Array) -> Array:
 def base_frame(puncture: Array, direction: Array, roll_rad: float, insertion_m: float) -> Array:
     """Return the robot's base frame in the valve frame, shape (4, 4).
 
-    Args:
-        puncture: on the septum, shape (3,) [m].
-        direction: of the sheath, unit vector, shape (3,).
-        roll_rad: from the home bending plane to the plane of the sheath and the valve's axis.
-        insertion_m: of the base beyond the puncture, along the sheath.
+    The base lies beyond the puncture of the septum, along the sheath, a unit vector, and is rolled from the
+    home bending plane to the plane of the sheath and the valve's axis.
     """
     toward_valve = DOWN - (DOWN @ direction) * direction
     toward_valve /= np.linalg.norm(toward_valve)
@@ -57,26 +52,6 @@ def pose_error(wanted: Array, reached: Array) -> Array:
 # right-handed. The atrium is an ellipsoid cut off by the plane of the annulus; its middle and its third
 # semi-axis follow from its height and from the annulus that it ends in.
 
-# Least and largest value of every number of a random anatomy. Assumed, unless another source is given: an
-# enlarged atrium, as where a valve leaks.
-RANGES: dict[str, tuple[float, float]] = {
-    "atrium_x_m": (25e-3, 30e-3),
-    "atrium_y_m": (24e-3, 29e-3),
-    "atrium_height_m": (54e-3, 64e-3),
-    # assumed, from clip procedures: the septum is punctured 40 to 50 mm above the annulus
-    "fossa_y_m": (-4e-3, 4e-3),
-    "fossa_z_m": (42e-3, 48e-3),
-    "fossa_radius_m": (6e-3, 9e-3),
-    "annulus_along_m": (16e-3, 20e-3),
-    "annulus_across_m": (14e-3, 17e-3),
-    # EVEREST II trial, criteria for clips: depth at most 11 mm, length at least 2 mm
-    "coaptation_depth_m": (4e-3, 10e-3),
-    "coaptation_length_m": (4e-3, 8e-3),
-    # so that the implant turns by at most the 45 deg that are clinically required: Nayar 2022, Section IV-E
-    "coaptation_rad": (math.radians(-40.0), math.radians(40.0)),
-    # Nayar 2022, Section IV-E: the proximal torsion joint aligned the robot by 20 to 40 deg
-    "roll_rad": (math.radians(20.0), math.radians(40.0)),
-}
 WALL_M = 2.5e-3  # assumed
 LEAFLET_M = 1.2e-3  # thickness; assumed
 
@@ -85,34 +60,36 @@ LEAFLET_M = 1.2e-3  # thickness; assumed
 class Anatomy:
     """One patient, as far as the procedure meets her.
 
-    Attributes:
-        atrium_x_m, atrium_y_m: horizontal semi-axes of the atrium.
-        atrium_height_m: of its roof above the annulus.
-        fossa_y_m, fossa_z_m: middle of the oval fossa, on the septal side of the wall.
-        fossa_radius_m: within it the septum may be punctured.
-        annulus_along_m, annulus_across_m: semi-axes of the annulus, along and across the coaptation line.
-        coaptation_depth_m: of the leaflets' first contact below the annulus.
-        coaptation_length_m: of the leaflets' free margins, which lie against each other below that.
-        coaptation_rad: turn of the coaptation line about +z, from +y.
-        roll_rad: of the outer sheath about its axis: between the robot's home bending plane and the
-            plane that contains the sheath's axis and the valve's.
+    Ranges are assumed, unless another source is given: an enlarged atrium, as where a valve leaks.
     """
 
-    atrium_x_m: float
-    atrium_y_m: float
-    atrium_height_m: float
-    fossa_y_m: float
-    fossa_z_m: float
-    fossa_radius_m: float
-    annulus_along_m: float
-    annulus_across_m: float
-    coaptation_depth_m: float
-    coaptation_length_m: float
-    coaptation_rad: float
-    roll_rad: float
+    atrium_x_m: float = ranged(25e-3, 30e-3)  # horizontal semi-axes of the atrium
+    atrium_y_m: float = ranged(24e-3, 29e-3)
+    atrium_height_m: float = ranged(54e-3, 64e-3)  # of its roof above the annulus
+    # Middle of the oval fossa, on the septal side of the wall; assumed, from clip procedures: the septum is
+    # punctured 40 to 50 mm above the annulus.
+    fossa_y_m: float = ranged(-4e-3, 4e-3)
+    fossa_z_m: float = ranged(42e-3, 48e-3)
+    fossa_radius_m: float = ranged(6e-3, 9e-3)  # within it the septum may be punctured
+    annulus_along_m: float = ranged(16e-3, 20e-3)  # semi-axes, along and across the coaptation line
+    annulus_across_m: float = ranged(14e-3, 17e-3)
+    # Of the leaflets' first contact below the annulus, and of their free margins, which lie against each
+    # other below that. EVEREST II trial, criteria for clips: depth at most 11 mm, length at least 2 mm.
+    coaptation_depth_m: float = ranged(4e-3, 10e-3)
+    coaptation_length_m: float = ranged(4e-3, 8e-3)
+    # Turn of the coaptation line about +z, from +y: so that the implant turns by at most the 45 deg that are
+    # clinically required: Nayar 2022, Section IV-E.
+    coaptation_rad: float = ranged(math.radians(-40.0), math.radians(40.0))
+    # Of the outer sheath about its axis: between the robot's home bending plane and the plane that contains
+    # the sheath's axis and the valve's. Nayar 2022, Section IV-E: the proximal torsion joint aligned the
+    # robot by 20 to 40 deg.
+    roll_rad: float = ranged(math.radians(20.0), math.radians(40.0))
 
 
-def random_anatomy(rng: np.random.Generator, ranges: Mapping[str, tuple[float, float]] = RANGES) -> Anatomy:
+RANGES = ranges_of(Anatomy)
+
+
+def random_anatomy(rng: np.random.Generator, ranges: Ranges = RANGES) -> Anatomy:
     """Return an anatomy whose every number is drawn evenly from its range, in the order of `ranges`."""
     return Anatomy(**drawn(ranges, rng))
 
@@ -183,13 +160,7 @@ _BLENDED = 3  # rings over which the annulus' ellipse goes over into the atrium'
 
 
 def wall(anatomy: Anatomy, puncture: Array, direction: Array) -> Wall:
-    """Return the wall with its holes.
-
-    Args:
-        anatomy: the atrium.
-        puncture: where the axis of the sheath meets the septum, shape (3,) [m].
-        direction: of the sheath, unit vector into the atrium, shape (3,).
-    """
+    """Return the wall with its holes; the sheath comes through the puncture along a unit vector."""
     inner, cells = _grid(anatomy)
     inner = _pushed_out(anatomy, inner, puncture, direction)
     kept = []
@@ -275,18 +246,11 @@ _POINTS = 12
 
 @dataclass(frozen=True)
 class Plate:
-    """A rigid plate of a leaflet, closed valve.
+    """A rigid plate of a leaflet, closed valve."""
 
-    Attributes:
-        hinge: middle of its hinge line, shape (3,) [m].
-        R: its axes as columns: across the leaflet away from the hinge, along the coaptation line, the
-            normal; shape (3, 3).
-        length_m, width_m, thickness_m: along these axes.
-    """
-
-    hinge: Array
-    R: Array
-    length_m: float
+    hinge: Array  # middle of its hinge line, shape (3,) [m]
+    R: Array  # columns: across the leaflet away from the hinge, along the coaptation line, the normal; (3, 3)
+    length_m: float  # along these axes
     width_m: float
     thickness_m: float
 
@@ -333,25 +297,12 @@ def beside(anatomy: Anatomy, side: float) -> list[trimesh.Trimesh]:
     return parts
 
 
-def leaflet(anatomy: Anatomy, side: float) -> trimesh.Trimesh:
-    """Return a leaflet of the closed valve as one mesh of closed parts."""
-    plates = [_box(plate) for plate in scallop(anatomy, side)]
-    return together([*plates, *beside(anatomy, side)])
-
-
 def _plate(hinge: Array, end: Array, along: Array) -> Plate:
     way = end - hinge
     length = float(np.linalg.norm(way))
     first = way / length
     R = np.stack([first, along, np.cross(first, along)], axis=1)
     return Plate(hinge, R, length, SCALLOP_M, LEAFLET_M)
-
-
-def _box(plate: Plate) -> trimesh.Trimesh:
-    pose = np.eye(4)
-    pose[:3, :3] = plate.R
-    pose[:3, 3] = plate.hinge + 0.5 * plate.length_m * plate.R[:, 0]
-    return trimesh.creation.box((plate.length_m, plate.width_m, plate.thickness_m), pose)
 
 
 def _thick(upper: Array, lower: Array) -> trimesh.Trimesh:
@@ -391,30 +342,19 @@ EXPOSED_M = 10e-3  # way of the tip beyond the septum over which the stream gets
 
 @dataclass(frozen=True)
 class Flow:
-    """A pulsating force on the tool frame's origin.
+    """A pulsating force on the tool frame's origin."""
 
-    Attributes:
-        amplitude_N: of the force; its mean over a beat is zero.
-        direction: in which it acts at the start of a beat's second quarter, unit vector, valve frame,
-            shape (3,).
-        phase_rad: of the beat at time zero.
-    """
-
-    amplitude_N: float
+    amplitude_N: float  # of the force; its mean over a beat is zero
+    # In which it acts at the start of a beat's second quarter, unit vector, valve frame, shape (3,).
     direction: Array
-    phase_rad: float
+    phase_rad: float  # of the beat at time zero
 
     def beat_rad(self, time_s: float) -> float:
         """Return the phase of the beat [rad]: 0 where the force rises through zero."""
         return (2.0 * math.pi * BEATS_PER_S * time_s + self.phase_rad) % (2.0 * math.pi)
 
     def force_N(self, time_s: float, beyond_m: float) -> Array:
-        """Return the force, valve frame, shape (3,) [N].
-
-        Args:
-            time_s: of the episode.
-            beyond_m: of the tip beyond the septum, along the sheath; the septum shields it before.
-        """
+        """Return the force on a tip so far beyond the septum, which shields it; valve frame, (3,) [N]."""
         share = min(max(beyond_m / EXPOSED_M, 0.0), 1.0)
         force: Array = share * self.amplitude_N * math.sin(self.beat_rad(time_s)) * self.direction
         return force

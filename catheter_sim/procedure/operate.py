@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
 from typing import Any
 
 import mujoco
@@ -14,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from catheter_sim.anatomy.anatomies import blocks, facings, shell
 from catheter_sim.arrays import Array
 from catheter_sim.effects.apply import wholly_built_in
+from catheter_sim.errors import InputError
 from catheter_sim.mjcf.document import ALL_DIGITS, Element, read
 from catheter_sim.mjcf.names import link as link_name
 from catheter_sim.mjcf.parts import GROUP
@@ -30,7 +34,7 @@ from catheter_sim.modelling.attach import (
 )
 from catheter_sim.modelling.build import remembered_mjcf
 from catheter_sim.procedure import heart
-from catheter_sim.procedure.heart import pose_error, transform, wall
+from catheter_sim.procedure.heart import Anatomy, pose_error, random_anatomy, transform, wall
 from catheter_sim.procedure.plan import (
     HOLD_S,
     Plan,
@@ -39,6 +43,7 @@ from catheter_sim.procedure.plan import (
     displacements_m,
     duration_s,
     implant_turn_rad,
+    plan,
     steps,
     tip_to_end_m,
 )
@@ -72,19 +77,14 @@ WALL_N_PER_M = 200.0  # of the wall under one element of the robot; assumed: 0.2
 
 @dataclass(frozen=True)
 class Touch:
-    """What the anatomy feels of the robot at one moment.
+    """What the anatomy feels of the robot at one moment."""
 
-    Attributes:
-        wall_N: sum of the normal forces on the wall.
-        place: of the largest of them, valve frame, shape (3,) [m]; NaN where there is none.
-        leaflets: pairs of geom names, of the robot and of a leaflet, that press on each other.
-        leaflets_N: sum of the normal forces on the leaflets.
-    """
-
-    wall_N: float
-    place: Array
-    leaflets: frozenset[tuple[str, str]]
-    leaflets_N: float
+    wall_N: float  # sum of the normal forces on the wall
+    place: Array  # of the largest of them, valve frame, shape (3,) [m]; NaN where there is none
+    leaflets: frozenset[
+        tuple[str, str]
+    ]  # names of geoms, of the robot and of a leaflet, that press each other
+    leaflets_N: float  # sum of the normal forces on the leaflets
 
 
 class Contacts:
@@ -94,8 +94,7 @@ class Contacts:
         self, model: mujoco.MjModel, data: mujoco.MjData, wall_N_per_m: float = WALL_N_PER_M
     ) -> None:
         self._model, self._data, self._stiffness = model, data, wall_N_per_m
-        names = [model.geom(geom).name for geom in range(model.ngeom)]
-        self._names = names
+        self._names = names = [model.geom(geom).name for geom in range(model.ngeom)]
         self._wall = np.array([name.startswith("wall_") for name in names])
         self._robot = np.array([name.startswith("touch_") for name in names])
 
@@ -144,43 +143,24 @@ class Contacts:
 POSITION_M, TURN_RAD = 1e-3, math.radians(3.0)  # errors of equal weight: what the procedure allows
 
 
-@dataclass(frozen=True)
-class ProcedureTracker:
-    """An electromagnetic tracker's error after averaging, as root mean square over all directions.
-
-    Assumed: of the order of what averaging over a second leaves.
-    """
-
-    position_m: float = 0.3e-3
-    turn_rad: float = math.radians(0.5)
+# An electromagnetic tracker's error after averaging, as root mean square over all directions; assumed: of the
+# order of what averaging over a second leaves.
+TRACKED_M, TRACKED_RAD = 0.3e-3, math.radians(0.5)
+_MOST_CORRECTIONS = 15  # after one step of the procedure
+_WITHIN_M, _WITHIN_RAD = 0.4e-3, math.radians(1.0)  # measured errors that need no correction
+_SHARE = 0.7  # of the measured error that one correction takes away
 
 
-@dataclass(frozen=True)
-class Corrections:
-    """When to correct, and when to stop.
-
-    Attributes:
-        most: corrections after one step of the procedure.
-        within_m, within_rad: measured errors that need no correction.
-        share: of the measured error that one correction takes away.
-    """
-
-    most: int = 15
-    within_m: float = 0.4e-3
-    within_rad: float = math.radians(1.0)
-    share: float = 0.7
-
-
-def measured(pose: Array, tracker: ProcedureTracker, rng: np.random.Generator) -> Array:
+def measured(pose: Array, rng: np.random.Generator) -> Array:
     """Return a tool frame, shape (4, 4), with the tracker's noise."""
-    shift = rng.normal(size=3) * tracker.position_m / math.sqrt(3.0)
-    turn = Rotation.from_rotvec(rng.normal(size=3) * tracker.turn_rad / math.sqrt(3.0)).as_matrix()
+    shift = rng.normal(size=3) * TRACKED_M / math.sqrt(3.0)
+    turn = Rotation.from_rotvec(rng.normal(size=3) * TRACKED_RAD / math.sqrt(3.0)).as_matrix()
     return transform(turn @ pose[:3, :3], pose[:3, 3] + shift)
 
 
-def good_enough(error: Array, rule: Corrections) -> bool:
+def good_enough(error: Array) -> bool:
     """Return whether a measured pose error, shape (6,), needs no correction."""
-    return bool(np.linalg.norm(error[:3]) <= rule.within_m and np.linalg.norm(error[3:]) <= rule.within_rad)
+    return bool(np.linalg.norm(error[:3]) <= _WITHIN_M and np.linalg.norm(error[3:]) <= _WITHIN_RAD)
 
 
 def corrected(
@@ -194,14 +174,8 @@ def corrected(
 ) -> ProcedureStep:
     """Return the next command: resolved rates of the four joints and the insertion.
 
-    Args:
-        robot: the catheter.
-        base: its base frame in the valve frame, shape (4, 4).
-        wanted: where it should be; the Jacobian is taken there.
-        command: the present one.
-        reached: the measured tool frame, valve frame, shape (4, 4).
-        target: the wanted one.
-        share: of the error to take away.
+    Frames, shape (4, 4), are in the valve frame: the robot's base, the measured tool and the wanted one. The
+    Jacobian is taken where the robot should be, `wanted`; this share of the error is taken away.
     """
     columns = np.zeros((6, 5))
     jacobian = tool_jacobian(robot, wanted.q)
@@ -249,29 +223,19 @@ _FOUND_ONLY = {"margin": -0.05, "gap": 0.05}  # MuJoCo finds these contacts; `co
 
 @dataclass(frozen=True)
 class Scene:
-    """A robot in an anatomy.
-
-    Attributes:
-        robot: the robot.
-        plan: its way.
-        text: the model as MJCF; opens in any MuJoCo viewer.
-        waiting_m: insertion of the base at which the slide `insertion` is 0.
-    """
+    """A robot in an anatomy."""
 
     robot: CatheterRobot
     plan: Plan
-    text: str
-    waiting_m: float
+    text: str  # the model as MJCF; opens in any MuJoCo viewer
+    waiting_m: float  # insertion of the base at which the slide `insertion` is 0
 
 
 def build_scene(robot: CatheterRobot, plan: Plan, tissue: bool = False) -> Scene:
     """Return the scene in which the robot waits outside the septum, valve frame.
 
-    Args:
-        robot: the catheter.
-        plan: its way.
-        tissue: what is touched presses back as `simulation.tissue` has it, not as `contact` and MuJoCo do:
-            the regions of `REGIONS`, geoms `tissue_<region>_<k>` in place of the names above.
+    As `tissue` what is touched presses back as `simulation.tissue` has it, not as `Contacts` and MuJoCo do:
+    the regions of `REGIONS`, geoms `tissue_<region>_<k>` in place of the names above.
     """
     length = sum(segment.length_m for segment in robot.segments) + tip_to_end_m(robot)
     waiting = -length - WAITING_M
@@ -395,54 +359,32 @@ Watch = Callable[[Simulator, ProcedureStep, Touch], None]
 
 @dataclass(frozen=True)
 class StepReport:
-    """What happened in a step.
+    """What happened in a step."""
 
-    Attributes:
-        name: of the step.
-        insertion_mm: of the base at its end, as commanded.
-        joints: values at its end as planned, base to tip [deg, mm].
-        displacement_mm: of the pairs at its end, in the robot's order.
-        position_error_mm, angle_error_deg: of the tool frame at its end, true.
-        wall_peak_N, wall_mean_N: of the sum of normal forces on the atrium's wall.
-        wall_place_mm: of the largest single force, valve frame; NaN where there is none.
-        leaflets_peak_N: of the sum of normal forces on the leaflets.
-        corrections: how many the tracker asked for.
-    """
-
-    name: str
-    insertion_mm: float
-    joints: tuple[float, ...]
-    displacement_mm: tuple[float, ...]
-    position_error_mm: float
+    name: str  # of the step
+    insertion_mm: float  # of the base at its end, as commanded
+    joints: tuple[float, ...]  # values at its end as planned, base to tip [deg, mm]
+    displacement_mm: tuple[float, ...]  # of the pairs at its end, in the robot's order
+    position_error_mm: float  # of the tool frame at its end, true
     angle_error_deg: float
-    wall_peak_N: float
+    wall_peak_N: float  # of the sum of normal forces on the atrium's wall
     wall_mean_N: float
-    wall_place_mm: tuple[float, ...]
-    leaflets_peak_N: float
-    corrections: int
+    wall_place_mm: tuple[float, ...]  # of the largest single force, valve frame; NaN where there is none
+    leaflets_peak_N: float  # of the sum of normal forces on the leaflets
+    corrections: int  # how many the tracker asked for
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a procedure ended.
+    """How a procedure ended."""
 
-    Attributes:
-        robot: its name.
-        plan: what was planned.
-        steps: what happened.
-        position_error_mm: of the middle of the implant, true.
-        angle_error_deg: whole angle by which the implant is turned from its target.
-        arms_deg: how far each arm stayed open.
-        holds: whether each arm presses on a leaflet of its own.
-    """
-
-    robot: str
-    plan: Plan
-    steps: tuple[StepReport, ...]
-    position_error_mm: float
-    angle_error_deg: float
-    arms_deg: tuple[float, ...]
-    holds: bool
+    robot: str  # its name
+    plan: Plan  # what was planned
+    steps: tuple[StepReport, ...]  # what happened
+    position_error_mm: float  # of the middle of the implant, true
+    angle_error_deg: float  # whole angle by which the implant is turned from its target
+    arms_deg: tuple[float, ...]  # how far each arm stayed open
+    holds: bool  # whether each arm presses on a leaflet of its own
 
     @property
     def succeeded(self) -> bool:
@@ -476,8 +418,6 @@ def operate(
     known: CatheterRobot | None = None,
     feedback: bool | None = None,
     watch: Watch | None = None,
-    tracker: ProcedureTracker | None = None,
-    rule: Corrections | None = None,
 ) -> Outcome:
     """Go through all steps and return how they ended.
 
@@ -488,7 +428,6 @@ def operate(
         known: what the controller takes the robot for; default: `ideal`, nothing of its drives' losses.
         feedback: correct by the tracker; default: where the robot is not ideal (`is_ideal`).
         watch: called after every step of the simulation, with the command and the contacts.
-        tracker, rule: of the corrections.
 
     Raises:
         InputError: an effect acts on inputs or outputs.
@@ -497,7 +436,6 @@ def operate(
     robot = wholly_built_in(robot)
     theatre = _Theatre(known or ideal(robot), build_scene(robot, plan), watch)
     corrects = not is_ideal(robot) if feedback is None else feedback
-    tracker, rule = tracker or ProcedureTracker(), rule or Corrections()
     reports = []
     offset = ProcedureStep("", 0.0, np.zeros(4), 0.0)  # what the corrections have added so far
     before = ProcedureStep("wait", plan.straight_m, np.zeros(4), 0.0)
@@ -507,23 +445,22 @@ def operate(
             stage = between(before, step, portion / portions)
             target = plan.base(stage.insertion_m) @ tool_frame(robot, stage.q)
             theatre.go(_added(stage, offset))
-            for _ in range(rule.most if corrects and step.name in _CORRECTED else 0):
-                reached = measured(theatre.tool(), tracker, rng)
-                if good_enough(pose_error(target, reached), rule):
+            for _ in range(_MOST_CORRECTIONS if corrects and step.name in _CORRECTED else 0):
+                reached = measured(theatre.frame("tip"), rng)
+                if good_enough(pose_error(target, reached)):
                     break
                 command = _added(stage, offset)
                 base = plan.base(stage.insertion_m)
-                after = corrected(robot, base, stage, command, reached, target, rule.share)
+                after = corrected(robot, base, stage, command, reached, target, _SHARE)
                 offset = ProcedureStep("", after.insertion_m - stage.insertion_m, after.q - stage.q, 0.0)
                 theatre.go(after)
                 count += 1
         reports.append(theatre.report(step, target, count))
         before = step
     theatre.hold(1.0)
-    end = theatre.middle()
     aim = plan.target.copy()
-    aim[:3, 3] = plan.target[:3, 3] + theatre.middle_ahead_m * plan.target[:3, 2]
-    error = pose_error(aim, end)
+    aim[:3, 3] += theatre.middle_ahead_m * plan.target[:3, 2]
+    error = pose_error(aim, theatre.frame("implant"))
     return Outcome(
         robot.name,
         plan,
@@ -540,7 +477,7 @@ class _Theatre:
 
     def __init__(self, known: CatheterRobot, scene: Scene, watch: Watch | None) -> None:
         self.known, self.scene, self.watch = known, scene, watch
-        self.simulator = _simulator(scene)
+        self.simulator = Simulator(scene.robot, inertia=False, model_text=scene.text)
         self.contacts = Contacts(self.simulator.model, self.simulator.data)
         self.place = ProcedureStep("wait", scene.waiting_m, np.zeros(4), 0.0)
         self.way = np.zeros(4)
@@ -568,17 +505,14 @@ class _Theatre:
             self._step(self.place)
         self.simulator.require_finite()
 
-    def tool(self) -> Array:
-        """Return the tool frame, true, valve frame, shape (4, 4)."""
-        return self._site("tip")
-
-    def middle(self) -> Array:
-        """Return the frame in the middle of the implant, true, valve frame, shape (4, 4)."""
-        return self._site("implant")
+    def frame(self, site: str) -> Array:
+        """Return the tool frame ("tip"), or that in the implant's middle, true, valve frame, shape (4, 4)."""
+        found = self.simulator.data.site(site)
+        return transform(found.xmat.reshape(3, 3).copy(), found.xpos.copy())
 
     def report(self, step: ProcedureStep, target: Array, corrections: int) -> StepReport:
         """Return the report on what happened since the last one."""
-        error = pose_error(target, self.tool())
+        error = pose_error(target, self.frame("tip"))
         forces = np.array([touch.wall_N for touch in self.felt])
         worst = self.felt[int(forces.argmax())]
         leaflets = max(touch.leaflets_N for touch in self.felt)
@@ -600,10 +534,6 @@ class _Theatre:
             corrections,
         )
 
-    def _site(self, name: str) -> Array:
-        site = self.simulator.data.site(name)
-        return transform(site.xmat.reshape(3, 3).copy(), site.xpos.copy())
-
     def _step(self, place: ProcedureStep) -> None:
         simulator, data = self.simulator, self.simulator.data
         simulator.set_inputs(displacements_m(self.known, place.q, self.way))
@@ -614,11 +544,6 @@ class _Theatre:
         simulator.step()
         if self.watch is not None:
             self.watch(simulator, place, self.last)
-
-
-def _simulator(scene: Scene) -> Simulator:
-    """Return the simulator of the scene's robot, with the scene's model in place of the robot's own."""
-    return Simulator(scene.robot, inertia=False, model_text=scene.text)
 
 
 def _added(step: ProcedureStep, offset: ProcedureStep) -> ProcedureStep:
@@ -633,3 +558,43 @@ def _holds(touch: Touch) -> bool:
     }
     first, second = held.values()
     return bool(touch.leaflets_N > _PRESSES_N and first and second and first | second > first & second)
+
+
+# ----------------------------------------------------------------------------------------------------
+# The procedure in many random anatomies.
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One anatomy of a series."""
+
+    number: int  # in the series, from 0
+    anatomy: Anatomy
+    outcome: Outcome | None  # how it ended; None where it did not
+    failure: str | None  # the line that says why it did not
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the implant reached its target."""
+        return self.outcome is not None and self.outcome.succeeded
+
+
+def attempt(robot: CatheterRobot, known: CatheterRobot | None, seed: int, number: int) -> Attempt:
+    """Plan and operate in anatomy `number` of the series `seed`; `known` as in `operate`."""
+    rng = np.random.default_rng([seed, number])
+    anatomy = random_anatomy(rng)
+    try:
+        return Attempt(number, anatomy, operate(robot, plan(robot, anatomy), rng, known), None)
+    except InputError as error:  # no plan, or a simulation that diverged
+        return Attempt(number, anatomy, None, str(error))
+
+
+def run_series(
+    robot: CatheterRobot, count: int, seed: int, known: CatheterRobot | None = None, jobs: int = 1
+) -> list[Attempt]:
+    """Return the attempts of a series, in order; they do not depend on `jobs`, the number of processes."""
+    one = partial(attempt, robot, known, seed)
+    if jobs == 1:
+        return [one(number) for number in range(count)]
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        return list(pool.map(one, range(count)))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
+from catheter_sim.anatomy.anatomies import middles
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.procedure.heart import (
@@ -67,27 +68,16 @@ _SCALE = np.array([1e-2, 1e-2, 0.5, 0.5, 1e-2, 0.5, 0.5, 1e-2, 0.5])
 
 @dataclass(frozen=True)
 class Plan:
-    """A way to the target.
+    """A way to the target."""
 
-    Attributes:
-        anatomy: for which it is.
-        target: tool frame in the valve frame, shape (4, 4).
-        puncture: on the septum, shape (3,) [m].
-        direction: of the sheath, unit vector into the atrium, shape (3,).
-        straight_m: insertion of the base up to which the robot is straight.
-        insertion_m: of the base beyond the puncture, in the end.
-        q: joint values in the target, base to tip, shape (4,) [rad, m].
-        below_m: by how much further the tube is advanced before the implant opens.
-    """
-
-    anatomy: Anatomy
-    target: Array
-    puncture: Array
-    direction: Array
-    straight_m: float
-    insertion_m: float
-    q: Array
-    below_m: float
+    anatomy: Anatomy  # for which it is
+    target: Array  # tool frame in the valve frame, shape (4, 4)
+    puncture: Array  # on the septum, shape (3,) [m]
+    direction: Array  # of the sheath, unit vector into the atrium, shape (3,)
+    straight_m: float  # insertion of the base up to which the robot is straight
+    insertion_m: float  # of the base beyond the puncture, in the end
+    q: Array  # joint values in the target, base to tip, shape (4,) [rad, m]
+    below_m: float  # by how much further the tube is advanced before the implant opens
 
     def base(self, insertion_m: float) -> Array:
         """Return the robot's base frame at an insertion, valve frame, shape (4, 4)."""
@@ -117,8 +107,7 @@ def implant_turn_rad(robot: CatheterRobot) -> float:
 def plan(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
     """Return a plan of the whole procedure.
 
-    Raises:
-        InputError: not the transseptal design, or no way within the limits.
+    `InputError`: not the transseptal design, or no way within the limits.
     """
     if not is_transseptal(robot):
         raise InputError(f"{robot.name}: the procedure is for the transseptal design of joints")
@@ -132,8 +121,7 @@ def plan_way(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
     turn, and its proximal one takes the torsion's place. So its sheath is to be led with a roll of about a
     quarter turn, +y toward the valve, and what is left of it is the proximal joint's.
 
-    Raises:
-        InputError: neither design, or no way within the limits.
+    `InputError`: neither design, or no way within the limits.
     """
     if not (is_transseptal(robot) or is_four_dof(robot)):
         raise InputError(f"{robot.name}: the way is planned for the joints of {', '.join(DELIVERING)} only")
@@ -151,27 +139,22 @@ def plan_way(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
         direction = _deflected(inward(anatomy, puncture), values[2], values[3])
         return puncture, direction, float(values[4]), values[5:]
 
-    def missing(x: Array) -> Array:
+    def missed(x: Array) -> Array:
         puncture, direction, insertion, q = unpacked(x)
         base = base_frame(puncture, direction, anatomy.roll_rad, insertion)
-        error = pose_error(target, base @ tool_frame(robot, q))
-        return error / np.array([1e-2] * 3 + [0.5] * 3)
+        return pose_error(target, base @ tool_frame(robot, q))
+
+    def missing(x: Array) -> Array:
+        return missed(x) / np.array([1e-2] * 3 + [0.5] * 3)
 
     def preferred(x: Array) -> Array:
         values = x * _SCALE
         wanted, spread = _PREFERRED["bend"]
         reach, room = _PREFERRED["advance"]
         radius = anatomy.fossa_radius_m
-        return np.array(
-            [
-                (values[0] - anatomy.fossa_y_m) / radius,
-                (values[1] - anatomy.fossa_z_m) / radius,
-                values[2] / SHEATH_RAD,
-                values[3] / SHEATH_RAD,
-                (values[6] - wanted) / spread,
-                (values[7] + below - reach) / room,
-            ]
-        )
+        aside = (values[0] - anatomy.fossa_y_m) / radius, (values[1] - anatomy.fossa_z_m) / radius
+        joints = (values[6] - wanted) / spread, (values[7] + below - reach) / room
+        return np.array([*aside, *(values[2:4] / SHEATH_RAD), *joints])
 
     start = np.clip(_start(robot, anatomy, below) / _SCALE, low + 1e-6, high - 1e-6)
     rough = least_squares(
@@ -184,9 +167,7 @@ def plan_way(robot: CatheterRobot, anatomy: Anatomy) -> Plan:
     # what the preferences have pulled off the pose is taken back
     exact = _solved(missing, rough.x, low, high)
     puncture, direction, insertion, q = unpacked(exact)
-    error = pose_error(
-        target, base_frame(puncture, direction, anatomy.roll_rad, insertion) @ tool_frame(robot, q)
-    )
+    error = missed(exact)
     if np.abs(error).max() > REACHED:
         raise InputError(
             f"{robot.name}: no plan: within the fossa, the sheath's deflection and the joints' limits the "
@@ -283,40 +264,29 @@ HOLD_S = 0.4  # after every motion
 
 @dataclass(frozen=True)
 class ProcedureStep:
-    """Where a step of the procedure ends.
-
-    Attributes:
-        name: of the step.
-        insertion_m: of the robot's base beyond the puncture.
-        q: joint values, base to tip, shape (4,) [rad, m].
-        opening: of the implant, 0 closed, 1 open.
-    """
+    """Where a step of the procedure ends."""
 
     name: str
-    insertion_m: float
-    q: Array
-    opening: float
+    insertion_m: float  # of the robot's base beyond the puncture
+    q: Array  # joint values, base to tip, shape (4,) [rad, m]
+    opening: float  # of the implant, 0 closed, 1 open
 
 
 def steps(plan: Plan) -> tuple[ProcedureStep, ...]:
     """Return the steps, from the straight robot in the atrium to the closed implant."""
     proximal, bend, advance, distal = plan.q
-    deep = advance + plan.below_m
-
-    def q(*values: float) -> Array:
-        return np.array(values, dtype=float)
-
-    inside = plan.insertion_m
-    return (
-        ProcedureStep("insert", plan.straight_m, q(0, 0, 0, 0), 0.0),
-        ProcedureStep("align", plan.straight_m, q(proximal, 0, 0, 0), 0.0),
-        ProcedureStep("bend", inside, q(proximal, bend, 0, 0), 0.0),
-        ProcedureStep("advance", inside, q(proximal, bend, deep, 0), 0.0),
-        ProcedureStep("orient", inside, q(proximal, bend, deep, distal), 0.0),
-        ProcedureStep("open", inside, q(proximal, bend, deep, distal), 1.0),
-        ProcedureStep("clip", inside, q(proximal, bend, advance, distal), 1.0),
-        ProcedureStep("close", inside, q(proximal, bend, advance, distal), 0.0),
+    straight, inside, deep = plan.straight_m, plan.insertion_m, advance + plan.below_m
+    places = (
+        ("insert", straight, (0.0, 0.0, 0.0, 0.0), 0.0),
+        ("align", straight, (proximal, 0.0, 0.0, 0.0), 0.0),
+        ("bend", inside, (proximal, bend, 0.0, 0.0), 0.0),
+        ("advance", inside, (proximal, bend, deep, 0.0), 0.0),
+        ("orient", inside, (proximal, bend, deep, distal), 0.0),
+        ("open", inside, (proximal, bend, deep, distal), 1.0),
+        ("clip", inside, (proximal, bend, advance, distal), 1.0),
+        ("close", inside, (proximal, bend, advance, distal), 0.0),
     )
+    return tuple(ProcedureStep(name, inner, np.array(q), opening) for name, inner, q, opening in places)
 
 
 def duration_s(robot: CatheterRobot, before: ProcedureStep, after: ProcedureStep) -> float:
@@ -344,12 +314,7 @@ def displacements_m(robot: CatheterRobot, q: Array, way: Array) -> Array:
 
     Pure kinematics (Nayar 2022, Eqs 3, 6), and what the robot is taken to lose on top of it: slack, the
     stretch under the joint's elastic moment, half of the drive's play in the direction of motion. Not
-    friction.
-
-    Args:
-        robot: the catheter.
-        q: joint values, base to tip, shape (4,) [rad, m].
-        way: direction in which each joint moves, +1, -1 or 0, shape (4,).
+    friction. Joint values q, base to tip, shape (4,) [rad, m], move in the directions `way`, +1, -1 or 0.
     """
     order = moving(robot)
     result = []
@@ -381,15 +346,10 @@ _MOST_DRAWS = 20
 
 @dataclass(frozen=True)
 class Case:
-    """What an episode of the delivery has around the robot.
+    """What an episode of the delivery has around the robot."""
 
-    Attributes:
-        plan: the way to the target; holds the anatomy.
-        flow: the force of the flow.
-    """
-
-    plan: Plan
-    flow: Flow
+    plan: Plan  # the way to the target; holds the anatomy
+    flow: Flow  # its force
 
 
 def ranges(robot: CatheterRobot) -> dict[str, tuple[float, float]]:
@@ -405,11 +365,7 @@ def random_case(
 ) -> Case:
     """Return a case; an anatomy in which there is no way is drawn again.
 
-    Args:
-        robot: the catheter, its limits and lengths.
-        rng: the generator.
-        given: numbers of the anatomy that are not drawn.
-        flow_N: range of the force's amplitude.
+    Numbers of the anatomy that are `given` are not drawn; `flow_N` is the range of the force's amplitude.
 
     Raises:
         InputError: a robot of another design, an unknown name, a number outside its range, or no way in any
@@ -417,7 +373,11 @@ def random_case(
     """
     bounds = ranges(robot)
     for name, value in (given or {}).items():
-        _require(name, value, bounds)
+        if name not in bounds:
+            raise unknown("number of the anatomy", name, bounds)
+        low, high = bounds[name]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            raise InputError(f"anatomy: {name} = {value!r}: must be a number in {low:g} to {high:g}")
 
     def one() -> Case:
         anatomy = replace(random_anatomy(rng, bounds), **(given or {}))
@@ -430,18 +390,5 @@ def random_case(
 
 
 def median_case(robot: CatheterRobot) -> Case:
-    """Return the case in the middle of all ranges, its flow along the valve's axis.
-
-    Raises:
-        InputError: a robot of another design, or no way.
-    """
-    anatomy = Anatomy(**{name: 0.5 * (low + high) for name, (low, high) in ranges(robot).items()})
-    return Case(plan_way(robot, anatomy), Flow(0.5 * sum(FLOW_N), DOWN, 0.0))
-
-
-def _require(name: str, value: float, bounds: Mapping[str, tuple[float, float]]) -> None:
-    if name not in bounds:
-        raise unknown("number of the anatomy", name, bounds)
-    low, high = bounds[name]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise InputError(f"anatomy: {name} = {value!r}: must be a number in {low:g} to {high:g}")
+    """Return the case in the middle of all ranges, its flow along the valve's axis."""
+    return Case(plan_way(robot, Anatomy(**middles(ranges(robot)))), Flow(0.5 * sum(FLOW_N), DOWN, 0.0))

@@ -131,9 +131,16 @@ def which_model(
         )
         for model in CANDIDATES
     ]
+    return chosen(found, reference, tolerance_percent, tolerance_deg)
+
+
+def chosen(
+    found: Sequence[ModelError], reference: str, tolerance_percent: float, tolerance_deg: float
+) -> ChosenModel:
+    """Return the answer of models that are found, in the order that decides between equally good ones."""
     within = accurate(found, tolerance_percent, tolerance_deg)
-    found.sort(key=lambda item: item.ms)  # stable: equal times stay in the order of `CANDIDATES`
-    return ChosenModel(best_of(within).model, reference, tuple(found))
+    best = best_of(within, [item.model for item in found]).model if within else reference
+    return ChosenModel(best, reference, tuple(sorted(found, key=lambda item: item.ms)))
 
 
 def accurate(found: Sequence[ModelError], tolerance_percent: float, tolerance_deg: float) -> list[ModelError]:
@@ -276,13 +283,13 @@ def interleaved_s(
 
 
 def model_error(
-    model: str, away: Sequence[tuple[float, float] | None], length_m: float, ms: float
+    model: str, away: Sequence[tuple[float, float] | None], length_m: float, ms: float, why: str = ""
 ) -> ModelError:
     """Return what a model does, from each row's distance [m] and angle [rad]; None: a row not solved."""
     found = [item for item in away if item is not None]
     failed = tuple(row for row, item in enumerate(away) if item is None)
     if not found:
-        return ModelError(model, math.nan, math.nan, math.nan, math.inf, failed)
+        return ModelError(model, math.nan, math.nan, math.nan, math.inf, failed, why)
     distances = [distance for distance, _ in found]
     return ModelError(
         model,
@@ -291,4 +298,5 @@ def model_error(
         math.degrees(max(turned for _, turned in found)),
         ms,
         failed,
+        why,
     )

@@ -16,8 +16,7 @@ from catheter_sim.controllers.loop import ToolTracker, along, feedforward, throu
 from catheter_sim.controllers.motors import FEEDBACK_HZ as RATE_HZ
 from catheter_sim.controllers.motors import Pid
 from catheter_sim.core.robot import Friction
-from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM
-from catheter_sim.procedure.series import Attempt, run_series
+from catheter_sim.procedure.operate import ANGLE_DEG, POSITION_MM, Attempt, run_series
 from catheter_sim.robots.catheter.description import joint_stiffness, ring_length_m
 from catheter_sim.robots.catheter.kinematics import arm_m, pulled_m
 from catheter_sim.robots.catheter.published import (

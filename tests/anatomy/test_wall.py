@@ -7,13 +7,14 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from catheter_sim.anatomy.anatomies import (
+    Chest,
+    Ventricles,
     Wall,
     blocks,
     diaphragm,
     facings,
-    median_chest,
-    median_ventricles,
-    random_ventricles,
+    median_of,
+    random_of,
     shell,
     ventricle_wall,
 )
@@ -29,7 +30,7 @@ def cube_corner() -> Wall:
 def test_faces_look_away_from_the_wall() -> None:
     """The inner face of a wall above it looks down; those of a ventricle look into its lumen."""
     assert facings(cube_corner()) == pytest.approx(np.array([[0.0, 0.0, -1.0]]))
-    for anatomy in (median_ventricles(), random_ventricles(np.random.default_rng(4))):
+    for anatomy in (median_of(Ventricles), random_of(Ventricles, np.random.default_rng(4))):
         part = ventricle_wall(anatomy)
         out = [
             part.outer[list(cell)].mean(axis=0) - part.inner[list(cell)].mean(axis=0) for cell in part.cells
@@ -50,13 +51,13 @@ def test_shell_and_blocks_hold_the_walls_volume() -> None:
 
 def test_diaphragm_lies_away_from_the_apex() -> None:
     """The lung's middle lies toward +x; the dome begins so far on the other side of the channel."""
-    anatomy = median_chest()
+    anatomy = median_of(Chest)
     assert diaphragm(anatomy)[0] + anatomy.diaphragm_radius_m == pytest.approx(-anatomy.diaphragm_away_m)
 
 
 def test_ventricles_cross_section_has_its_ellipses_area() -> None:
     """Where the sheath ends, the wall's inner polygon holds pi times the ventricle's radius squared."""
-    anatomy = random_ventricles(np.random.default_rng(8))
+    anatomy = random_of(Ventricles, np.random.default_rng(8))
     part = ventricle_wall(anatomy)
     around = 1 + max(part.cells[0][1] - part.cells[0][0], part.cells[0][-1] - part.cells[0][0] - 1)
     ring = part.inner[:around]

@@ -14,6 +14,7 @@ from catheter_sim.controllers import loop, motors
 from catheter_sim.controllers.loop import along, feedforward, through, ticks_s
 from catheter_sim.controllers.motors import Pid
 from catheter_sim.errors import InputError
+from catheter_sim.robots import kind_of
 from catheter_sim.robots.catheter.published import mitral_transseptal
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
@@ -245,7 +246,8 @@ def test_the_simulators_own_robot_is_controlled() -> None:
     simulator = Simulator(robot, inertia=False)
     simulator.set_inputs(np.array([1e-3, 0.5e-3, -0.5e-3, 10e-3]))
     assert simulator.settle()
-    values = loop.joint_values(simulator)
+    joints = kind_of(robot).face("joint_control", "joint control")
+    values = joints.joint_matrix(robot, simulator.model) @ simulator.data.qpos
     assert np.degrees(values[0]) == pytest.approx(31.719, abs=0.05)
     assert values[1] > 0.0 > values[2]
     assert values[3] == pytest.approx(10e-3, abs=1e-5)

@@ -39,6 +39,6 @@ def test_noise_is_of_angles_alone() -> None:
     simulator = Simulator(mitral_4dof())
     tracker = ToolTracker(mitral_4dof(), 0.01, np.random.default_rng(0))
     turns = np.array([True, True, True, False])
-    seen = np.array([tracker.seen(simulator, np.zeros(4), turns) for _ in range(400)])
+    seen = np.array([tracker.measured(simulator, np.zeros(4), turns) for _ in range(400)])
     np.testing.assert_allclose(seen[:, :3].std(axis=0), 0.01, rtol=0.1)
     assert not seen[:, 3].any()

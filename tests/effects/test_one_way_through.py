@@ -131,7 +131,7 @@ def test_an_effect_gives_the_same_tip_everywhere(case: Case, effect: str, tmp_pa
         plant.move(levels[row], 1.0)
         plant.settle()
         posture = plant.posture()
-        seen, _ = plant.seen(posture.p_w[-1], posture.R_w[-1])
+        seen, _ = plant.measured(posture.p_w[-1], posture.R_w[-1])
         assert seen * 1e3 == pytest.approx(ours[row], abs=2e-3)
 
 

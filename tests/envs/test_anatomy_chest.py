@@ -14,20 +14,19 @@ from catheter_sim.anatomy.anatomies import (
     diaphragm,
     lung,
     meshes,
-    random_chest,
+    random_of,
+    ranges_of,
     wall_boxes,
 )
-from catheter_sim.anatomy.anatomies import (
-    CHEST_RANGES as RANGES,
-)
-from catheter_sim.envs.clinical.insert_and_tumour import insert_way
+from reference.steering import insert_way
 
+RANGES = ranges_of(Chest)
 ROBOT_RADIUS_M = 3.1e-3  # chest_tube_2025, Table II
 
 
 @pytest.fixture(params=range(20))
 def anatomy(request: pytest.FixtureRequest) -> Chest:
-    return random_chest(np.random.default_rng(request.param))
+    return random_of(Chest, np.random.default_rng(request.param))
 
 
 def test_draws_lie_in_their_ranges(anatomy: Chest) -> None:

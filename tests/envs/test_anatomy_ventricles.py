@@ -15,8 +15,9 @@ from catheter_sim.anatomy.anatomies import (
     blocks,
     facings,
     foramen,
-    median_ventricles,
-    random_ventricles,
+    median_of,
+    random_of,
+    ranges_of,
     ring_places,
     semi_axes,
     shell,
@@ -25,17 +26,15 @@ from catheter_sim.anatomy.anatomies import (
     ventricle_wall,
     way,
 )
-from catheter_sim.anatomy.anatomies import (
-    VENTRICLE_RANGES as RANGES,
-)
 
+RANGES = ranges_of(Ventricles)
 ROBOT_RADIUS_M = 1.7e-3  # Kato 2016
 SEEDS = range(20)
 
 
 @pytest.fixture(params=SEEDS)
 def anatomy(request: pytest.FixtureRequest) -> Ventricles:
-    return random_ventricles(np.random.default_rng(request.param))
+    return random_of(Ventricles, np.random.default_rng(request.param))
 
 
 def test_draws_lie_in_their_ranges_and_differ(anatomy: Ventricles) -> None:
@@ -43,7 +42,7 @@ def test_draws_lie_in_their_ranges_and_differ(anatomy: Ventricles) -> None:
     values = dataclasses.asdict(anatomy)
     assert values.keys() == RANGES.keys()
     assert all(low <= values[name] <= high for name, (low, high) in RANGES.items())
-    assert anatomy != random_ventricles(np.random.default_rng(1000))
+    assert anatomy != random_of(Ventricles, np.random.default_rng(1000))
 
 
 @pytest.mark.slow
@@ -101,7 +100,7 @@ def test_points_lie_on_the_tumour_inside_the_ventricle(anatomy: Ventricles) -> N
 
 def test_foramen_lies_aside_by_what_the_anatomy_says() -> None:
     """Against the arc that the sheath was aimed for, in both directions."""
-    plain = dataclasses.replace(median_ventricles(), aside_along_m=0.0, aside_across_m=0.0, azimuth_rad=0.0)
+    plain = dataclasses.replace(median_of(Ventricles), aside_along_m=0.0, aside_across_m=0.0, azimuth_rad=0.0)
     moved = dataclasses.replace(plain, aside_along_m=0.8e-3, aside_across_m=-0.5e-3)
     assert foramen(moved).p_w[0] - foramen(plain).p_w[0] == pytest.approx([0.8e-3, -0.5e-3, 0.0])
 

@@ -10,22 +10,22 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from episodes import episode, same
+from episodes import episode, random_target, same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.envs.reach_and_track import ReachEnv, resolved_rate
+from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.envs.tip import (
     CONTROL_STEP_S,
     DIVERGED_REWARD,
     RATE_PER_S,
     nearest,
-    random_target,
     require_reachable,
     tip_at,
 )
 from catheter_sim.errors import InputError
 from catheter_sim.theory.static_models import STATIC_MODELS
+from reference.steering import resolved_rate
 
 pytestmark = pytest.mark.slow
 

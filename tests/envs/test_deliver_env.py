@@ -16,12 +16,13 @@ from episodes import same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.catalogue import load_robot, robot_toml
-from catheter_sim.envs.clinical.deliver import HELD_STEPS, LIMIT_N, DeliverEnv, deliver, from_valve
+from catheter_sim.envs.clinical.deliver import HELD_STEPS, LIMIT_N, DeliverEnv, from_valve
 from catheter_sim.envs.tip import DIVERGED_REWARD
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.procedure.heart import FLOW_N, PRINTED_FLOW_N, SIDES, scallop
 from catheter_sim.procedure.plan import random_case, ranges
 from catheter_sim.robots.catheter.picture import holder_length_m
+from reference.steering import deliver
 
 TRANSSEPTAL = "catheter_sim/MitralTransseptalDeliver-v0"
 FOUR_DOF = "catheter_sim/Mitral4dofDeliver-v0"

@@ -87,7 +87,7 @@ def test_depth_counts_beyond_the_place(env: DeliverEnv) -> None:
     for ahead_m in (-2e-3, 2e-3):
         aimed(env, (0.0, 0.0, ahead_m), np.zeros(3))
         env.judge()
-        depths.append(next(value for name, value in env._info(False).items() if name.startswith("depth")))
+        depths.append(next(value for name, value in env._info().items() if name.startswith("depth")))
     assert depths[0] > 0.0
     assert depths == pytest.approx([-depths[1], -depths[0]])
 

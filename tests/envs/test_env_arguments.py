@@ -198,7 +198,7 @@ def test_unknown_option_leaves_the_episode_as_it_was(section: ReachEnv) -> None:
     section.reset(seed=4)
     target, state = section.target_m, section.np_random.bit_generator.state
     refusal(section.reset, seed=5, options={"goal": 1})
-    assert section.target_m is target
+    assert np.array_equal(section.target_m, target)
     assert section.np_random.bit_generator.state == state
     section.step(np.zeros(2))
 

@@ -115,6 +115,7 @@ def test_a_tracker_that_lags_shows_the_tip_late() -> None:
         seen, reward, *_, info = late.step(moved)
         _, plain_reward, *_, plain_info = plain.step(moved)
         assert np.array_equal(info["tip_mm"], plain_info["tip_mm"])
+        assert info["speed_mm_per_s"] == plain_info["speed_mm_per_s"]
         assert reward == plain_reward
         time_s.append(time_s[-1] + 0.1)
         true.append(info["tip_mm"])

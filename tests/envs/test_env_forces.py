@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from catheter_sim.anatomy.anatomies import median_ventricles
+from catheter_sim.anatomy.anatomies import Ventricles, median_of
 from catheter_sim.envs.clinical.insert_and_tumour import LIMIT_N, REGIONS, TumourEnv
 from catheter_sim.envs.tip import DIVERGED_REWARD
 
@@ -28,7 +28,7 @@ def made() -> TumourEnv:
 @pytest.fixture
 def env(made: TumourEnv) -> TumourEnv:
     """A robot in its sheath, untouched, which stays where it is unless it is moved."""
-    made.reset(seed=0, options={"anatomy": median_ventricles()})
+    made.reset(seed=0, options={"anatomy": median_of(Ventricles)})
     return made
 
 
@@ -87,7 +87,7 @@ def test_one_region_beyond_its_limit_ends_the_episode(env: TumourEnv) -> None:
 def test_a_new_episode_has_felt_nothing(env: TumourEnv) -> None:
     """After an episode that pressed too hard: no force, no peak, nothing too hard, and it goes on."""
     assert pressed(env, third=3.0, tumour=0.5)[1]
-    _, info = env.reset(options={"anatomy": median_ventricles()})
+    _, info = env.reset(options={"anatomy": median_of(Ventricles)})
     assert shares_of(info["peak_force_N"]) == shares_of(info["force_N"]) == {}
     assert not info["pressed_too_hard"]
     _, terminated, info = pressed(env, tumour=0.25)

@@ -16,8 +16,8 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction
 from catheter_sim.effects.apply import with_effects
 from catheter_sim.envs.reach_and_track import ReachEnv
-from catheter_sim.envs.robots import Plant
-from catheter_sim.envs.tip import look, observe
+from catheter_sim.envs.robots import Plant, RobotAlone
+from catheter_sim.envs.tip import TipState, look, observe
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 STILL = (0.0, 0.0, 0.0)
@@ -44,6 +44,11 @@ def robot() -> ContinuumRobot:
         friction=Friction(0.0),
         actuation="displacement",
     )
+
+
+def seen(plant: Plant, before: TipState | None = None) -> TipState:
+    """Return how a plant stands, one row; a control step after `before`."""
+    return look(plant, RobotAlone(plant), np.arange(1), plant.level[np.newaxis], before)
 
 
 def tensions_by_hand(plant: Plant, displacement_m: Array) -> Array:
@@ -75,15 +80,15 @@ def test_tensions_are_those_of_the_posture_that_is_seen() -> None:
     are the same from hole to hole."""
     plant = Plant(robot(), "displacement", STILL)
     plant.move(np.array([0.5, 0.0]), 0.02)
-    before = look(plant)
-    assert before.tension == pytest.approx(
+    before = seen(plant)
+    assert before.tension[0] == pytest.approx(
         tensions_by_hand(plant, plant.drives.tendon @ plant.level), abs=1e-6
     )
     plant.simulator.step()
     spans = plant.posture().tendon_tension
     now = tensions_by_hand(plant, plant.drives.tendon @ plant.level)
     assert np.abs(now - before.tension).max() > 0.01
-    assert look(plant, before, 0.1).tension == pytest.approx(now, abs=1e-6)
+    assert seen(plant, before).tension[0] == pytest.approx(now, abs=1e-6)
     np.testing.assert_allclose(spans, np.tile(now[:, np.newaxis], spans.shape[1]), atol=1e-6)
 
 
@@ -100,10 +105,13 @@ def test_what_is_observed_is_as_measured() -> None:
     settings = ["effects.measurement_frame.translation_x_mm=6", "effects.measurement_frame.rotation_z_deg=90"]
     env = ReachEnv("neuroendoscope_section", settings)
     env.plant.move(np.array([0.5, 0.0]), 0.1)
-    first = look(env.plant)
+    first = seen(env.plant)
     env.plant.move(np.array([0.6, 0.0]), 0.1)
-    now = look(env.plant, first, 0.1)
-    shown = observe(env.plant, now, {"target": np.zeros(3)}, env.state_space, {"held": np.zeros(1)})
+    now = seen(env.plant, first)
+    shown = observe(
+        env.plant, now, {"target": np.zeros((1, 3))}, env.state_space, {"held": np.zeros((1, 1))}
+    )[0]
+    now, first = (TipState(*(part[0] for part in item)) for item in (now, first))
     part = {name: shown[place] for name, place in env.layout.items()}
     quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     assert abs(now.tip[0]) > 2e-3

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from episodes import random_target
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.envs.robots import Plant
-from catheter_sim.envs.tip import nearest, random_target, require_reachable, tip_at
+from catheter_sim.envs.tip import nearest, require_reachable, tip_at
 from catheter_sim.errors import InputError
 from catheter_sim.theory.static_models import STATIC_MODELS
 

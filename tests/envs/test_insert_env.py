@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from catheter_sim.envs.clinical.insert_and_tumour import ORGAN_LIMIT_N, WALL_LIMIT_N, InsertEnv, insert_rates
+from catheter_sim.envs.clinical.insert_and_tumour import ORGAN_LIMIT_N, WALL_LIMIT_N, InsertEnv
 from catheter_sim.errors import InputError
+from reference.steering import insert_rates
 from tests.envs.episodes import episode, same
 
 ID = "catheter_sim/ChestTubeInsert-v0"

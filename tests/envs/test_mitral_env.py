@@ -11,24 +11,24 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from episodes import episode, same
+from episodes import episode, random_target, same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.envs import reach_and_track
-from catheter_sim.envs.reach_and_track import ReachEnv, resolved_rate
+from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.envs.tip import (
     CONTROL_STEP_S,
     DIVERGED_REWARD,
     RATE_PER_S,
     nearest,
-    random_target,
     require_reachable,
     tip_at,
 )
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.theory.static_models import STATIC_MODELS
+from reference import steering
+from reference.steering import resolved_rate
 
 pytestmark = pytest.mark.slow
 
@@ -301,7 +301,7 @@ def test_plans_are_kept_with_their_robots(monkeypatch):
     asked = []
 
     class Robot:
-        planned, rest_bends, quick = None, None, None
+        rest_bends, quick = None, None
 
         def reach(self, levels, bends):
             return levels, 2.0 * levels
@@ -310,15 +310,15 @@ def test_plans_are_kept_with_their_robots(monkeypatch):
         asked.append(robot)
         return target_m
 
-    monkeypatch.setattr(reach_and_track, "frictionless_level", level)
+    monkeypatch.setattr(steering, "frictionless_level", level)
     robots = [Robot(), Robot()]
     for robot in robots:
         robot.quick = Robot()
     for _ in range(3):
         for robot in robots:
-            assert reach_and_track._planned_bends(robot, (1.0, 2.0)).tolist() == [2.0, 4.0]
+            assert steering._planned_bends(robot, (1.0, 2.0)).tolist() == [2.0, 4.0]
     assert asked == robots
-    assert reach_and_track._planned_bends(robots[0], (3.0, 0.0)).tolist() == [6.0, 0.0]
+    assert steering._planned_bends(robots[0], (3.0, 0.0)).tolist() == [6.0, 0.0]
     last = weakref.ref(robots[0])
     robots.clear(), asked.clear()
     del robot

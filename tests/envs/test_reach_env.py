@@ -15,9 +15,10 @@ from episodes import episode, same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.catalogue import load_robot, robot_toml
-from catheter_sim.envs.reach_and_track import ReachEnv, resolved_rate
+from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, RATE_PER_S
 from catheter_sim.errors import InputError
+from reference.steering import resolved_rate
 
 FULL = "catheter_sim/NeuroendoscopeReach-v0"
 SECTION = "catheter_sim/NeuroendoscopeSectionReach-v0"

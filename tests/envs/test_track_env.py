@@ -14,10 +14,11 @@ from episodes import episode, same
 from gymnasium.utils.env_checker import check_env
 
 from catheter_sim.envs import EPISODE_STEPS
-from catheter_sim.envs.reach_and_track import DIRECTION_TOLERANCE_RAD, DIRECTION_WEIGHT, TrackEnv, following
+from catheter_sim.envs.reach_and_track import DIRECTION_TOLERANCE_RAD, DIRECTION_WEIGHT, TrackEnv
 from catheter_sim.envs.tip import CONTROL_STEP_S, DIVERGED_REWARD, RATE_PER_S, TARGET_CLEARANCE
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.robots.catheter.kinematics import tool_frame
+from reference.steering import following
 
 SECTION = "catheter_sim/NeuroendoscopeSectionTrack-v0"
 OTHERS = tuple(

@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from catheter_sim.anatomy.anatomies import median_ventricles, tumour
+from catheter_sim.anatomy.anatomies import Ventricles, median_of, tumour
 from catheter_sim.envs.clinical.insert_and_tumour import (
     LIMIT_N,
     POINTS,
     REGIONS,
     TumourEnv,
-    tumour_rates,
 )
 from catheter_sim.envs.clinical.insert_and_tumour import (
     TUMOUR_STROKE_M as STROKE_M,
 )
 from catheter_sim.envs.tip import DIVERGED_REWARD
 from catheter_sim.errors import InputError
+from reference.steering import tumour_rates
 from tests.envs.episodes import episode, same
 
 ID = "catheter_sim/NeuroendoscopeTumour-v0"
@@ -135,8 +135,8 @@ def test_same_seed_same_trajectory() -> None:
 
 def test_given_anatomy_is_used_and_others_are_refused(env: TumourEnv) -> None:
     """A value of the task's kind; one line of error for anything else, with the choices."""
-    env.reset(seed=0, options={"anatomy": median_ventricles()})
-    assert env.anatomy == median_ventricles()
+    env.reset(seed=0, options={"anatomy": median_of(Ventricles)})
+    assert env.anatomy == median_of(Ventricles)
     with pytest.raises(InputError, match="anatomy = 3: a Ventricles is needed"):
         env.reset(options={"anatomy": 3})
     with pytest.raises(InputError, match="unknown option of reset 'target'"):

@@ -14,12 +14,12 @@ import pytest
 
 from catheter_sim.errors import SimulationDiverged
 from catheter_sim.procedure.heart import median_anatomy
-from catheter_sim.procedure.operate import Outcome, _Theatre, build_scene, operate
+from catheter_sim.procedure.operate import Outcome, _Theatre, build_scene, operate, run_series
 from catheter_sim.procedure.plan import plan
-from catheter_sim.procedure.series import run_series, write_series
 from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.validation.mitral import tortuous
 from catheter_sim.validation.mitral_control import validate_procedure
+from tests.scripts_as_modules import script_module
 
 pytestmark = pytest.mark.slow
 
@@ -39,7 +39,7 @@ def test_nominal_robot_reaches_its_target_open_loop_in_four_anatomies(tmp_path: 
         assert item.outcome.holds, item.number
         assert item.outcome.wall_peak_N < 0.1
         assert sum(step.corrections for step in item.outcome.steps) == 0
-    write_series(attempts, tmp_path)
+    script_module("mitral_procedure").write_series(attempts, tmp_path)
     rows = list(csv.DictReader((tmp_path / "procedure.csv").open()))
     assert [int(row["anatomy"]) for row in rows] == list(range(4))
     assert json.loads((tmp_path / "procedure.json").read_text())[3]["outcome"]["succeeded"]

@@ -11,7 +11,7 @@ import pytest
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.procedure.heart import median_anatomy, pose_error
-from catheter_sim.procedure.operate import ProcedureTracker, corrected, ideal, is_ideal, measured
+from catheter_sim.procedure.operate import corrected, ideal, is_ideal, measured
 from catheter_sim.procedure.plan import ProcedureStep, between, displacements_m, duration_s, plan, steps
 from catheter_sim.robots.catheter.kinematics import pk, tool_frame
 from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
@@ -83,6 +83,6 @@ def test_correction_takes_a_joint_error_away() -> None:
 def test_trackers_noise_is_as_stated() -> None:
     """Root mean square over 2000 readings (seed 0): 0.3 mm and 0.5 deg to 5 %."""
     rng, pose = np.random.default_rng(0), tool_frame(ROBOT, Q)
-    errors = np.array([pose_error(pose, measured(pose, ProcedureTracker(), rng)) for _ in range(2000)])
+    errors = np.array([pose_error(pose, measured(pose, rng)) for _ in range(2000)])
     size = np.sqrt((errors**2).reshape(-1, 2, 3).sum(axis=2).mean(axis=0))
     assert size == pytest.approx((0.3e-3, math.radians(0.5)), rel=0.05)

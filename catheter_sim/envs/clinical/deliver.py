@@ -1,10 +1,10 @@
-"""The task of bringing a clip under the leaflets of the mitral valve, and a controller for it."""
+"""The task of bringing a clip under the leaflets of the mitral valve."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, cast
@@ -18,10 +18,7 @@ from catheter_sim.envs.clinical.base import BaseMotion, ClinicalEnv
 from catheter_sim.envs.surroundings import Surroundings
 from catheter_sim.envs.tip import (
     CONTROL_STEP_S,
-    RATE_PER_S,
-    Action,
     Bounds,
-    Observation,
     checked_above_zero,
     checked_pair,
 )
@@ -39,15 +36,11 @@ from catheter_sim.procedure.operate import (
     WAITING_M,
     WALL_N_PER_M,
     build_scene,
-    corrected,
-    ideal,
 )
 from catheter_sim.procedure.plan import (
     DELIVERING,
     PUSH_M_PER_S,
     Case,
-    ProcedureStep,
-    displacements_m,
     implant_turn_rad,
     median_case,
     random_case,
@@ -58,30 +51,11 @@ from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.units import in_file_units
 
 # ----------------------------------------------------------------------------------------------------
-# A catheter in a heart as an environment drives it: the procedure's scene, seen from the sheath.
+# The sheath's frame, in which an environment has the procedure's scene: the robot's base frame at an
+# insertion of zero. Origin in the puncture, +z along the sheath into the atrium, +x where the robot bends
+# first.
 
 LEAFLET_N_PER_M = WALL_N_PER_M  # assumed
-
-
-def in_heart(case: Case, robot: CatheterRobot) -> Surroundings:
-    """Return the robot's model in the heart, in the sheath's frame.
-
-    That is the robot's base frame at an insertion of zero: origin in the puncture, +z along the sheath into
-    the atrium, +x where the robot bends first.
-    """
-    root = read(build_scene(robot, case.plan, tissue=True).text)
-    root.part("statistic").set(center=(0.0, 0.0, 0.03))
-    world = root.part("worldbody")
-    there = from_valve(case)
-    heart = Element("body", name="heart", pos=text(there[:3, 3]), quat=quaternion(there[:3, :3]))
-    for child in list(world.children):
-        if child.get("name") == CARRIER:
-            child.set(pos=text((0.0, 0.0, waiting_m(robot))), quat=quaternion(np.eye(3)))
-        elif child.tag != "light":
-            heart.append(child)
-    world.append(heart)
-    stiffness = {region: WALL_N_PER_M if region == "wall" else LEAFLET_N_PER_M for region in REGIONS}
-    return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION,), stream(case))
 
 
 def waiting_m(robot: CatheterRobot) -> float:
@@ -105,28 +79,6 @@ def stream(case: Case) -> Callable[[float, Array], Array]:
 
 def _force_N(flow: Flow, time_s: float, tip_m: Array) -> Array:
     return flow.force_N(time_s, float(tip_m[2]))
-
-
-def implant_target(case: Case, mount: Array) -> Array:
-    """Return where the implant is wanted under the leaflets, sheath's frame, shape (4, 4).
-
-    Its origin is the tool frame's, its x the way in which the arms open, its z the tool's.
-
-    Args:
-        case: the heart and the way.
-        mount: of the implant in the tool's frame, shape (4, 4): a turn about z (`plan.implant_turn_rad`).
-    """
-    tool = case.plan.target.copy()
-    tool[:3, 3] += case.plan.below_m * DOWN
-    return from_valve(case) @ tool @ mount
-
-
-def implant_frame(side: Array, direction: Array, place: Array) -> Array:
-    """Return the frame of which x and z were seen, not quite at right angles, shape (4, 4)."""
-    z = direction / np.linalg.norm(direction)
-    x = side - (side @ z) * z
-    x /= np.linalg.norm(x)
-    return transform(np.stack([x, np.cross(z, x), z], axis=1), place)
 
 
 def turned(angle_rad: float) -> Array:
@@ -168,7 +120,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     A catheter for the mitral valve in its MuJoCo simulation, 0.1 s a step: `mitral_transseptal` (Nayar 2022)
     or `mitral_4dof` (Nayar 2023), or a robot `.toml` with the same joints. `Box(-1, 1, (5,), float32)`: for
-    the four displacements of `reach.ReachEnv` how far their levels move, in shares of 0.05, then how far the
+    the four displacements of `ReachEnv` how far their levels move, in shares of 0.05, then how far the
     base moves along the sheath, in shares of 2 mm (20 mm/s). It goes from where the implant waits 3 mm before
     the septum to 40 mm beyond the puncture.
 
@@ -192,7 +144,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     A flat `Box` of float32; `layout` maps names to slices. Places are in the sheath's frame: origin in the
     puncture, +z along the sheath into the atrium, +x where the robot bends first. L is the length of the
-    straight robot with its tube all out. First `target` and the parts of `reach.ReachEnv` (`tip` to `bend`),
+    straight robot with its tube all out. First `target` and the parts of `ReachEnv` (`tip` to `bend`),
     then
 
     | part | size | what | unit |
@@ -238,7 +190,7 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     ## Arguments
 
-    Those of `reach.ReachEnv` but for `action_type` and `largest_bend_rad`, which are not for catheters; and
+    Those of `ReachEnv` but for `action_type` and `largest_bend_rad`, which are not for catheters; and
 
     - `tolerance_m`, `angle_deg`: see Episode; default 1 mm and 3 degrees.
     - `flow_N`: range of the force's amplitude [N]; (0, 0) for still blood.
@@ -247,7 +199,7 @@ class DeliverEnv(ClinicalEnv[Case]):
     limits_N = dict.fromkeys(REGIONS, LIMIT_N)
     target: Array  # frame in which the implant is wanted, shape (4, 4)
     _implant: Array  # where it is, true
-    _seen_side: Array
+    _measured_side: Array
     _heart: Mapping[str, Array]
     _held: int
     _time_s: float
@@ -267,7 +219,10 @@ class DeliverEnv(ClinicalEnv[Case]):
             InputError: an argument is impossible, or the robot has other joints.
         """
         self.angle_rad = math.radians(checked_above_zero("angle_deg", angle_deg, 180.0))
-        self._flow_N = _amplitudes(flow_N)
+        needed = "two amplitudes are needed, the lower first, none below 0"
+        self._flow_N = checked_pair("flow_N", flow_N, needed)
+        if self._flow_N[0] < 0.0:
+            raise InputError(f"flow_N = {shown(flow_N)}: {needed}")
         super().__init__(robot, settings=settings, tolerance_m=tolerance_m, **arguments)
         self.begin()
 
@@ -284,22 +239,34 @@ class DeliverEnv(ClinicalEnv[Case]):
         super()._prepare()
 
     def draw(self, rng: np.random.Generator) -> Case:
-        """Return a random heart, the way through it for the nominal robot, and a flow."""
         return random_case(self.known, rng, flow_N=self._flow_N)
 
     def middle(self) -> Case:
-        """Return the median heart."""
         return median_case(self.known)
 
     def surround(self, anatomy: Case, robot: RobotSpec, actuation: str) -> Surroundings:
-        """Return the robot's model in the heart."""
-        return in_heart(anatomy, cast("CatheterRobot", robot))
+        catheter = cast("CatheterRobot", robot)
+        root = read(build_scene(catheter, anatomy.plan, tissue=True).text)
+        root.part("statistic").set(center=(0.0, 0.0, 0.03))
+        world = root.part("worldbody")
+        there = from_valve(anatomy)
+        heart = Element("body", name="heart", pos=text(there[:3, 3]), quat=quaternion(there[:3, :3]))
+        for child in list(world.children):
+            if child.get("name") == CARRIER:
+                child.set(pos=text((0.0, 0.0, waiting_m(catheter))), quat=quaternion(np.eye(3)))
+            elif child.tag != "light":
+                heart.append(child)
+        world.append(heart)
+        stiffness = {region: WALL_N_PER_M if region == "wall" else LEAFLET_N_PER_M for region in REGIONS}
+        return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION,), stream(anatomy))
 
     def begin(self) -> None:
-        """Set the target of this heart."""
         self._held, self._time_s = 0, 0.0
         self._look()
-        self.target = implant_target(self.anatomy, self._mount)
+        # the tool frame under the leaflets, x the way in which the arms open
+        tool = self.anatomy.plan.target.copy()
+        tool[:3, 3] += self.anatomy.plan.below_m * DOWN
+        self.target = from_valve(self.anatomy) @ tool @ self._mount
         self.target_m = self.target[:3, 3].copy()
         anatomy = self.anatomy.plan.anatomy
         size = np.array([anatomy.atrium_x_m, anatomy.atrium_y_m, anatomy.atrium_height_m])
@@ -307,7 +274,6 @@ class DeliverEnv(ClinicalEnv[Case]):
         self._heart = {"annulus": annulus / self.length_m, "atrium": size / self.length_m}
 
     def judge(self) -> tuple[float, bool]:
-        """Return the reward for place and turn of the implant, and whether it has been held for a beat."""
         self._time_s += CONTROL_STEP_S
         self._look()
         error = self._error()
@@ -318,23 +284,20 @@ class DeliverEnv(ClinicalEnv[Case]):
         return -cost, self._held >= HELD_STEPS
 
     def task_bounds(self) -> Bounds:
-        """Return the bounds of the parts in the class's second table."""
         return {name: (np.full(size, low), high) for name, (size, low, high) in _PARTS.items()}
 
     def task_parts(self) -> Mapping[str, Array]:
-        """Return the values of these parts."""
         beat = self.anatomy.flow.beat_rad(self._time_s)
         return {
             "target_direction": self.target[:3, 2],
             "target_side": self.target[:3, 0],
-            "tip_side": self._seen_side,
+            "tip_side": self._measured_side,
             **self._heart,
             "beat": np.array([math.cos(beat), math.sin(beat)]),
             "held": np.array([self._held / HELD_STEPS]),
         }
 
     def seen_points(self) -> Array:
-        """Return the corners of a box around atrium, valve and the sheath's end."""
         anatomy = self.anatomy.plan.anatomy
         ends = np.array([anatomy.atrium_x_m, anatomy.atrium_y_m, anatomy.atrium_height_m])
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-_BELOW, 1)]) * ends
@@ -346,18 +309,20 @@ class DeliverEnv(ClinicalEnv[Case]):
         site = self.plant.simulator.data.site(TIP)
         axes = site.xmat.reshape(3, 3).copy()
         self._implant = transform(axes, site.xpos.copy()) @ self._mount
-        self._seen_side = (self.plant.seen(site.xpos.copy(), axes, "implant")[1] @ self._mount[:3, :3])[:, 0]
+        self._measured_side = (
+            self.plant.measured(site.xpos.copy(), axes, "implant")[1] @ self._mount[:3, :3]
+        )[:, 0]
 
     def _error(self) -> Array:
         """Return what is missing at the implant's middle: position [m], rotation vector [rad]; shape (6,)."""
         ahead = transform(np.eye(3), np.array([0.0, 0.0, self.middle_ahead_m]))
         return pose_error(self.target @ ahead, self._implant @ ahead)
 
-    def _info(self, done: bool) -> dict[str, Any]:
+    def _info(self) -> dict[str, Any]:
         error, axis = self._error(), self.target[:3, 2]
         deep = -float(error[:3] @ axis)
         cosine = min(max(float(self._implant[:3, 2] @ axis), -1.0), 1.0)
-        told = {
+        more = {
             "centring_m": float(np.linalg.norm(error[:3] + deep * axis)),
             "depth_m": deep,
             "tilt_rad": math.acos(cosine),
@@ -366,90 +331,12 @@ class DeliverEnv(ClinicalEnv[Case]):
             "beat_rad": self.anatomy.flow.beat_rad(self._time_s),
             "flow_N": stream(self.anatomy)(self._time_s, self._implant[:3, 3]),
         }
-        return {**super()._info(done), **in_file_units(told)}
+        return {**super()._info(), **in_file_units(more)}
 
     def _view(self) -> View:
         """Return the view across the plane of sheath and valve's axis, a little from the ventricle's side."""
         valve = from_valve(self.anatomy)[:3, :3]
         across = np.cross((0.0, 0.0, 1.0), valve[:, 2])
         backward = across / np.linalg.norm(across) + 0.25 * valve[:, 2]
-        seen = View("delivery", np.zeros(3), backward / np.linalg.norm(backward), 0.1)
-        return fitted_view(seen, self.seen_points(), *self._size)
-
-
-def _amplitudes(bounds: Sequence[float]) -> tuple[float, float]:
-    needed = "two amplitudes are needed, the lower first, none below 0"
-    low, high = checked_pair("flow_N", bounds, needed)
-    if low < 0.0:
-        raise InputError(f"flow_N = {shown(bounds)}: {needed}")
-    return low, high
-
-
-# ----------------------------------------------------------------------------------------------------
-# A controller that delivers the implant: the planned way, then resolved rates on the analytic Jacobian.
-#
-# It knows the plan and the nominal robot, taken for ideal (`procedure.operate.ideal`), and sees the rest in
-# the observation. It has no memory: in which part of the way it is follows from where the robot stands.
-
-GAIN = 0.5  # share of a joint's error that a step takes away on the way to the valve
-SHARE = 0.4  # the same of the implant's error under resolved rates
-BENT_RAD = math.radians(4.0)  # from the planned bend: near enough to go on by the implant's place
-OUT_M = 2e-3  # advance of the tube from which the way to the valve is over
-ASIDE_M, TILT_RAD = 2e-3, math.radians(5.0)  # off the valve's axis, within which the implant is advanced
-AHEAD_M = 5e-3  # of the next place on the axis, which the tube's share of the way is taken from
-_STRAIGHT_M = 0.5e-3  # before the end of the straight way
-_STILL = np.zeros(4)
-
-
-def deliver(env: DeliverEnv, observation: Observation) -> Action:
-    """Return the action that goes on with the delivery.
-
-    Straight in, as far as the opposite wall lets it, the torsions turned already; then bent, and pushed on
-    as it bends; then by the implant's place and turn, under the leaflets only once it stands above them.
-
-    Args:
-        env: for the robot's lengths and drives, the plan and the target; its state is not read.
-        observation: of `env`.
-    """
-    part = {name: observation[place].astype(float) for name, place in env.layout.items()}
-    way, known = env.anatomy.plan, ideal(env.known)
-    joints = part["bend"] * env.plant.quick.bend_unit
-    inserted = env.waiting_m + float(part["base"][0]) * env.motions[0].highest
-    asked = env.plant.quick.reach(part["level"][np.newaxis], _STILL)[1][0]
-    now = ProcedureStep("", inserted, asked, 0.0)
-    on_the_way = joints[2] < OUT_M and abs(way.q[1] - joints[1]) > BENT_RAD
-    if not on_the_way:
-        step = _placed(env, part, now, joints)
-    elif inserted < way.straight_m - _STRAIGHT_M and joints[1] < BENT_RAD:
-        turns = known.segments[0].joint == "torsion"
-        goal = np.array([way.q[0] if turns else 0.0, 0.0, 0.0, way.q[3]])
-        step = ProcedureStep("", way.straight_m, asked + GAIN * (goal - joints), 0.0)
-    else:
-        share = min(max(joints[1] / way.q[1], 0.0), 1.0)
-        goal = np.array([way.q[0], way.q[1], 0.0, way.q[3]])
-        inside = way.straight_m + share * (way.insertion_m - way.straight_m)
-        step = ProcedureStep("", inside, asked + GAIN * (goal - joints), 0.0)
-    level = displacements_m(known, step.q, _STILL) / np.diag(env.drives.tendon)
-    change = (level - part["level"]) / (RATE_PER_S * CONTROL_STEP_S)
-    push = (step.insertion_m - inserted) / (PUSH_M_PER_S * CONTROL_STEP_S)
-    return np.clip(np.append(change, push), -1.0, 1.0).astype(np.float32)
-
-
-def _placed(env: DeliverEnv, part: dict[str, Array], now: ProcedureStep, joints: Array) -> ProcedureStep:
-    """Return the command that brings the implant to its place, or to the next one on the valve's axis."""
-    length = env.length_m
-    target, here = (
-        implant_frame(part[f"{name}_side"], part[axis], length * part[name])
-        for name, axis in (("target", "target_direction"), ("tip", "tip_direction"))
-    )
-    down, missing = target[:3, 2], target[:3, 3] - here[:3, 3]
-    ahead = float(missing @ down)
-    aside = float(np.linalg.norm(missing - ahead * down))
-    above = aside < ASIDE_M and float(here[:3, 2] @ down) > math.cos(TILT_RAD)
-    next_one = target.copy()
-    next_one[:3, 3] -= max(ahead - (AHEAD_M if above else 0.0), 0.0) * down
-    base = np.eye(4)
-    base[2, 3] = now.insertion_m
-    return corrected(
-        env.known, base, ProcedureStep("", now.insertion_m, joints, 0.0), now, here, next_one, SHARE
-    )
+        view = View("delivery", np.zeros(3), backward / np.linalg.norm(backward), 0.1)
+        return fitted_view(view, self.seen_points(), *self._size)

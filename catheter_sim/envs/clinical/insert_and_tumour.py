@@ -1,4 +1,4 @@
-"""The tasks of a chest tube in the pleural space and of an endoscope at a tumour, with controllers."""
+"""The tasks of a chest tube in the pleural space and of an endoscope at a tumour."""
 
 from __future__ import annotations
 
@@ -9,48 +9,21 @@ from typing import Any, ClassVar
 import numpy as np
 import trimesh
 
-from catheter_sim.anatomy.anatomies import (
-    CHANNEL_M,
-    SHEATH_M,
-    TUMOUR_RADIUS_M,
-    Chest,
-    Ventricles,
-    aspiration_point,
-    blocks,
-    channel_boxes,
-    diaphragm,
-    facings,
-    foramen,
-    is_foramen,
-    lung,
-    median_chest,
-    median_ventricles,
-    meshes,
-    random_chest,
-    random_ventricles,
-    ring_places,
-    shell,
-    tumour,
-    tumour_mesh,
-    tumour_points,
-    ventricle_wall,
-    wall_boxes,
-    way,
-)
-from catheter_sim.anatomy.anatomies import CHEST_RANGES as RANGES
+from catheter_sim.anatomy import anatomies
+from catheter_sim.anatomy.anatomies import Chest, Ventricles
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.envs.clinical.base import BaseMotion, ClinicalEnv, Rates, Wish
-from catheter_sim.envs.surroundings import Surroundings, let_touch, robot_tree
-from catheter_sim.envs.tip import CONTROL_STEP_S, Action, Bounds
+from catheter_sim.envs.clinical.base import BaseMotion, ClinicalEnv
+from catheter_sim.envs.surroundings import Surroundings, on_a_slide
+from catheter_sim.envs.tip import Bounds
 from catheter_sim.mjcf.document import ALL_DIGITS, Element
-from catheter_sim.modelling.attach import INSERTION, ROLL, add_mesh, carry, text, touched, touched_block
+from catheter_sim.modelling.attach import INSERTION, ROLL, add_mesh, text, touched, touched_block
 
 # ----------------------------------------------------------------------------------------------------
 # The task of bringing the tip of a chest tube's robot to an aspiration point in the pleural space.
 
 GUIDE_M = 3.3e-3  # half the width of the guide outside the skin; assumed: 0.2 mm of room on each side
-INSERT_STROKE_M = RANGES["wall_m"][1] + 0.17  # of the insertion, from the skin
+INSERT_STROKE_M = anatomies.ranges_of(Chest)["wall_m"][1] + 0.17  # of the insertion, from the skin
 # Assumed: 20 cm of water, what a lung bears as pressure across it, on the face of the robot of 6.2 mm: 59 mN.
 ORGAN_LIMIT_N = 1961.3 * math.pi * 3.1e-3**2
 WALL_LIMIT_N = 10.0  # assumed: chest tubes are pushed through muscle by hand, with more
@@ -84,7 +57,7 @@ class InsertEnv(ClinicalEnv[Chest]):
     ## Observation
 
     A flat `Box` of float32; `layout` maps names to slices. First `target`, the aspiration point, then what
-    `reach.ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin where the channel opens
+    `ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin where the channel opens
     into the pleural space, z along it inward, x toward the apex, the bending direction before the roll. Then
 
     | part | size | what | unit |
@@ -115,13 +88,14 @@ class InsertEnv(ClinicalEnv[Chest]):
     ## Reset
 
     `reset(seed=...)` draws an anatomy with its aspiration point; `options={"anatomy": Chest(...)}` sets one.
-    `info`: as in `tumour.TumourEnv`, without `points_reached`.
+    `info`: as in `TumourEnv`, without `points_reached`.
 
     ## Arguments
 
-    Those of `reach.ReachEnv`; gravity is in the entry frame.
+    Those of `ReachEnv`; gravity is in the entry frame.
     """
 
+    anatomy_kind = Chest
     motions = (
         BaseMotion(INSERTION, 0.0, INSERT_STROKE_M, 30e-3),
         BaseMotion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
@@ -132,39 +106,26 @@ class InsertEnv(ClinicalEnv[Chest]):
         "diaphragm": ORGAN_LIMIT_N,
     }
 
-    def draw(self, rng: np.random.Generator) -> Chest:
-        """Return a random anatomy."""
-        return random_chest(rng)
-
-    def middle(self) -> Chest:
-        """Return the anatomy in the middle of all ranges."""
-        return median_chest()
-
     def surround(self, anatomy: Chest, robot: RobotSpec, actuation: str) -> Surroundings:
-        """Return the robot in its guide before the skin."""
-        root = robot_tree(robot, actuation)
-        length = sum(segment.length_m for segment in robot.segments)
-        base = np.eye(4)
-        base[2, 3] = -anatomy.wall_m - length
-        carry(root, robot.dynamics, base, roll=True)
+        root, length = on_a_slide(robot, actuation, -anatomy.wall_m)
         world = root.part("worldbody")
-        let_touch(robot, world)
-        guide = channel_boxes(GUIDE_M, -anatomy.wall_m, base[2, 3] - 0.02, GUIDE_M + _GUIDE_WALL_M)
+        begins = -anatomy.wall_m - length - 0.02
+        guide = anatomies.channel_boxes(GUIDE_M, -anatomy.wall_m, begins, GUIDE_M + _GUIDE_WALL_M)
         for region, boxes, found in (
-            ("wall", wall_boxes(anatomy), FOUND_M),
+            ("wall", anatomies.wall_boxes(anatomy), FOUND_M),
             ("guide", guide, _GUIDE_FOUND_M),
         ):
             for number, (half, middle) in enumerate(boxes):
                 shape = {"type": "box", "size": text(half), "pos": text(middle), "margin": found}
                 touched(world, name=f"tissue_{region}_{number}", **shape)
         organs = {
-            "lung": (anatomy.lung_radius_m, lung(anatomy)),
-            "diaphragm": (anatomy.diaphragm_radius_m, diaphragm(anatomy)),
+            "lung": (anatomy.lung_radius_m, anatomies.lung(anatomy)),
+            "diaphragm": (anatomy.diaphragm_radius_m, anatomies.diaphragm(anatomy)),
         }
         for name, (radius, middle) in organs.items():
             shape = {"type": "sphere", "size": radius, "pos": text(middle), "margin": FOUND_M}
             touched(world, name=f"tissue_{name}_0", **shape)
-        for name, mesh in meshes(anatomy).items():
+        for name, mesh in anatomies.meshes(anatomy).items():
             add_mesh(root, name, mesh, _RGBA[name])
         stiffness = {
             "wall": WALL_N_PER_M,
@@ -175,15 +136,12 @@ class InsertEnv(ClinicalEnv[Chest]):
         return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION, ROLL))
 
     def begin(self) -> None:
-        """Take the aspiration point from the anatomy."""
-        self.target_m = aspiration_point(self.anatomy)
+        self.target_m = anatomies.aspiration_point(self.anatomy)
 
     def judge(self) -> tuple[float, bool]:
-        """Return minus the tip's distance, and whether it is near enough."""
         return -self._distance_m / self.length_m, self._distance_m <= self.tolerance_m
 
     def task_bounds(self) -> Bounds:
-        """Return the wall's thickness and the lung's place."""
         return {
             "wall": (np.zeros(1), 1.0),
             "lung": (np.full(3, -2.0), 2.0),
@@ -191,15 +149,13 @@ class InsertEnv(ClinicalEnv[Chest]):
         }
 
     def task_parts(self) -> Mapping[str, Array]:
-        """Return the wall's thickness, and the lung's middle and radius."""
         return {
             "wall": np.array([self.anatomy.wall_m / self.length_m]),
-            "lung": lung(self.anatomy) / self.length_m,
+            "lung": anatomies.lung(self.anatomy) / self.length_m,
             "lung_radius": np.array([self.anatomy.lung_radius_m / self.length_m]),
         }
 
     def seen_points(self) -> Array:
-        """Return corners of what matters."""
         return np.array([[-0.08, -0.06, -0.1], [0.16, 0.06, 0.12]])
 
 
@@ -244,7 +200,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     ## Observation
 
     A flat `Box` of float32; `layout` maps names to slices. First `target`, the next point, then what
-    `reach.ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin at the sheath's end, z
+    `ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin at the sheath's end, z
     along it inward, x the bending direction before the roll. Then
 
     | part | size | what | unit |
@@ -277,15 +233,16 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     ## Reset
 
     `reset(seed=...)` draws an anatomy and the points; `options={"anatomy": Ventricles(...)}` sets one.
-    `info` of `reset` and `step`: as in `reach.ReachEnv`, in the entry frame, and `force_N` and `peak_force_N`
+    `info` of `reset` and `step`: as in `ReachEnv`, in the entry frame, and `force_N` and `peak_force_N`
     (by region: largest in the last step, and in the episode), `insertion_mm`, `roll_deg`, `points_reached`,
     `pressed_too_hard`.
 
     ## Arguments
 
-    Those of `reach.ReachEnv`; gravity is in the entry frame.
+    Those of `ReachEnv`; gravity is in the entry frame.
     """
 
+    anatomy_kind = Ventricles
     motions = (
         BaseMotion(INSERTION, 0.0, TUMOUR_STROKE_M, 20e-3),
         BaseMotion(ROLL, -math.pi / 3.0, math.pi / 3.0, math.pi / 6.0),
@@ -293,53 +250,38 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     limits_N: ClassVar[Mapping[str, float]] = dict.fromkeys(REGIONS, LIMIT_N)
     points_m: Array
 
-    def draw(self, rng: np.random.Generator) -> Ventricles:
-        """Return a random anatomy."""
-        return random_ventricles(rng)
-
-    def middle(self) -> Ventricles:
-        """Return the anatomy in the middle of all ranges."""
-        return median_ventricles()
-
     def surround(self, anatomy: Ventricles, robot: RobotSpec, actuation: str) -> Surroundings:
-        """Return the robot in its sheath before the ventricles."""
-        root = robot_tree(robot, actuation)
-        length = sum(segment.length_m for segment in robot.segments)
-        base = np.eye(4)
-        base[2, 3] = -length
-        carry(root, robot.dynamics, base, roll=True)
+        root, length = on_a_slide(robot, actuation, 0.0)
         world = root.part("worldbody")
-        let_touch(robot, world)
-        around = ventricle_wall(anatomy)
-        per_ring = len(around.cells) // (len(ring_places(anatomy)) - 1)
-        for number, (corners, facing) in enumerate(zip(blocks(around), facings(around), strict=True)):
+        around = anatomies.ventricle_wall(anatomy)
+        per_ring = len(around.cells) // (len(anatomies.ring_places(anatomy)) - 1)
+        blocks = zip(anatomies.blocks(around), anatomies.facings(around), strict=True)
+        for number, (corners, facing) in enumerate(blocks):
             ring = number // per_ring
-            name = "lateral" if ring_places(anatomy)[ring] < anatomy.lateral_length_m else "third"
-            name = "foramen" if is_foramen(anatomy, ring) else name
+            name = "lateral" if anatomies.ring_places(anatomy)[ring] < anatomy.lateral_length_m else "third"
+            name = "foramen" if anatomies.is_foramen(anatomy, ring) else name
             touched_block(root, f"tissue_{name}_{number}", corners, facing, margin=FOUND_M)
         touched(
             world,
             name="tissue_tumour_0",
             margin=FOUND_M,
             type="sphere",
-            size=TUMOUR_RADIUS_M,
-            pos=text(tumour(anatomy)),
+            size=anatomies.TUMOUR_RADIUS_M,
+            pos=text(anatomies.tumour(anatomy)),
         )
         _add_sheath(world, length)
-        add_mesh(root, "ventricles", shell(around), _WALL_RGBA)
-        add_mesh(root, "tumour", tumour_mesh(anatomy), _TUMOUR_RGBA)
+        add_mesh(root, "ventricles", anatomies.shell(around), _WALL_RGBA)
+        add_mesh(root, "tumour", anatomies.tumour_mesh(anatomy), _TUMOUR_RGBA)
         add_mesh(root, "sheath", _sheath_mesh(length), _SHEATH_RGBA)
         stiffness = {**dict.fromkeys(REGIONS, TISSUE_N_PER_M), "sheath": SHEATH_N_PER_M}
         return Surroundings(root.text(ALL_DIGITS), stiffness, (INSERTION, ROLL))
 
     def begin(self) -> None:
-        """Draw the points."""
-        self.points_m = tumour_points(self.anatomy, self.np_random, POINTS)
+        self.points_m = anatomies.tumour_points(self.anatomy, self.np_random, POINTS)
         self._next = 0
         self.target_m = self.points_m[0]
 
     def judge(self) -> tuple[float, bool]:
-        """Return minus the way that is left, and whether all points were reached."""
         if self._distance_m <= self.tolerance_m:
             self._next += 1
             if self._next < POINTS:
@@ -351,7 +293,6 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         return -(self._distance_m + float(between)) / self.length_m, False
 
     def task_bounds(self) -> Bounds:
-        """Return the foramen and the number of points left."""
         return {
             "foramen": (np.full(3, -2.0), 2.0),
             "foramen_axis": (np.full(3, -1.0), 1.0),
@@ -359,8 +300,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         }
 
     def task_parts(self) -> Mapping[str, Array]:
-        """Return the foramen's place and axis, and the share of points left."""
-        at = foramen(self.anatomy)
+        at = anatomies.foramen(self.anatomy)
         return {
             "foramen": at.p_w[0] / self.length_m,
             "foramen_axis": at.R_w[0, :, 2],
@@ -368,20 +308,19 @@ class TumourEnv(ClinicalEnv[Ventricles]):
         }
 
     def seen_points(self) -> Array:
-        """Return the wall's corners and a part of the sheath."""
-        around = ventricle_wall(self.anatomy)
+        around = anatomies.ventricle_wall(self.anatomy)
         return np.concatenate([around.outer, [(0.0, 0.0, -0.02)]])
 
-    def _info(self, done: bool) -> dict[str, Any]:
-        return {**super()._info(done), "points_reached": self._next}
+    def _info(self) -> dict[str, Any]:
+        return {**super()._info(), "points_reached": self._next}
 
 
 def _add_sheath(world: Element, length: float) -> None:
     """Add the sheath's four sides."""
-    half, wide = 0.5 * length + 0.01, 4.0 * SHEATH_M
+    half, wide = 0.5 * length + 0.01, 4.0 * anatomies.SHEATH_M
     for number, (axis, side) in enumerate(((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))):
         size, pos = np.array([wide, wide, half]), np.array([0.0, 0.0, -half])
-        size[axis], pos[axis] = _SHEATH_WALL_M, side * (SHEATH_M + _SHEATH_WALL_M)
+        size[axis], pos[axis] = _SHEATH_WALL_M, side * (anatomies.SHEATH_M + _SHEATH_WALL_M)
         touched(
             world,
             name=f"tissue_sheath_{number}",
@@ -393,114 +332,7 @@ def _add_sheath(world: Element, length: float) -> None:
 
 
 def _sheath_mesh(length: float) -> trimesh.Trimesh:
-    tube = trimesh.creation.annulus(SHEATH_M, SHEATH_M + 0.5 * _SHEATH_WALL_M, length, sections=24)
+    outer = anatomies.SHEATH_M + 0.5 * _SHEATH_WALL_M
+    tube = trimesh.creation.annulus(anatomies.SHEATH_M, outer, length, sections=24)
     tube.apply_translation((0.0, 0.0, -0.5 * length))
     return tube
-
-
-# ----------------------------------------------------------------------------------------------------
-# Model-based controllers of the clinical tasks: resolved rates with what the anatomy asks for besides.
-
-_LEAD_M = 3e-3  # that the tip is asked to go ahead on the way, in one step
-_NEAR_M = 1.5e-3  # the same near the foramen and beyond it
-_BEFORE_M, _PASSED_M = 6e-3, 4e-3  # of the tip before and behind the foramen's middle: near it
-_CLEAR_M = 3.5e-3  # of the tip's middle from the tumour, on the way's axis: from there it turns to the points
-_ENOUGH = 0.7  # of the tolerance: so near it goes to a point, and no nearer, as that moves the shaft least
-_OFF_M = 2.2e-3  # least distance of the tip's middle from the tumour: the tip's radius and a margin
-_SHAFT, _SHAFT_GAIN = 1.0, 0.3  # weight of the shaft's place in the foramen against the tip's; share a step
-_TURN_M = 34e-3  # radius of the turn in the pleural space
-_AHEAD = 3  # points of the way, a millimetre apart, that the tip is asked to go in a step
-_FOLLOW, _FOLLOW_GAIN = 0.3, 0.3  # weight of a link's place on the way against the tip's; share a step
-_ROLL_GAIN = 0.3  # share of the roll's error that goes in a step
-
-
-def tumour_rates(env: TumourEnv) -> Action:
-    """Return the action of resolved rates in `TumourEnv`.
-
-    The tip follows the planned way until it is through the foramen, and then goes toward the next point from
-    the end of the way, as near as is asked for; the shaft is to stay in the middle of the foramen meanwhile.
-    On the way to the foramen, where the robot is hardly bent yet, it is rolled into the plane of the way.
-    """
-    rates = Rates(env, 0.0)
-    tip, anatomy = rates.p_w[-1], env.anatomy
-    hole = foramen(anatomy)
-    middle, axes = hole.p_w[0], hole.R_w[0]
-    ahead = float((tip - middle) @ axes[:, 2])
-    most = _LEAD_M if ahead < -_BEFORE_M else _NEAR_M
-    if ahead < _PASSED_M:
-        s = np.linspace(0.0, anatomy.length_m, 400)
-        places = way(anatomy, s).p_w
-        nearest = int(np.linalg.norm(places - tip, axis=1).argmin())
-        goal = way(anatomy, s[nearest] + most).p_w[0]
-    else:
-        end = way(anatomy, np.array([anatomy.length_m - _CLEAR_M])).p_w[0]
-        back = end - env.target_m
-        goal = env.target_m + _limited(back, _ENOUGH * env.tolerance_m)
-    wishes = [Wish(rates.elements, _kept_off(tip, _limited(goal - tip, most), tumour(anatomy)), np.eye(3))]
-    if ahead > 0.0:
-        along = (rates.p_w - middle) @ axes[:, 2]
-        element = int(np.abs(along).argmin())
-        back = _SHAFT_GAIN * (middle - rates.p_w[element])
-        wishes.append(Wish(element + 1, back, _SHAFT * axes[:, :2].T))
-    action = rates.choose(wishes)
-    if ahead < -_BEFORE_M:
-        roll = math.atan2(middle[1], middle[0]) if math.hypot(*middle[:2]) > 1e-3 else anatomy.azimuth_rad
-        error = 0.5 * (roll + anatomy.azimuth_rad) - env.plant.carriage[1]
-        action[-1] = np.clip(_ROLL_GAIN * error / (env.motions[1].rate_per_s * CONTROL_STEP_S), -1.0, 1.0)
-    return action
-
-
-def insert_way(anatomy: Chest) -> Array:
-    """Return points a millimetre apart from the channel's mouth to the aspiration point, shape (n, 3) [m].
-
-    Straight on, round an arc of `_TURN_M` into the plane of the wall, and straight on.
-    """
-    depth, across = anatomy.target_depth_m, anatomy.target_away_m
-    first, turn = depth - _TURN_M, 0.5 * math.pi * _TURN_M
-    s = np.arange(0.0, first + turn + across - _TURN_M, 1e-3)
-    angle = np.clip((s - first) / _TURN_M, 0.0, 0.5 * math.pi)
-    after = np.maximum(s - first - turn, 0.0)
-    x = _TURN_M * (1.0 - np.cos(angle)) + after
-    z = np.minimum(s, first) + _TURN_M * np.sin(angle)
-    azimuth = anatomy.target_azimuth_rad
-    return np.stack([x * math.cos(azimuth), x * math.sin(azimuth), z], axis=1)
-
-
-def insert_rates(env: InsertEnv) -> Action:
-    """Return the action of resolved rates in `InsertEnv`.
-
-    The tip goes along `insert_way`, and each link that is out of the wall is to stay on it; the robot is
-    rolled into the plane of the way while it is still in the wall.
-    """
-    rates = Rates(env, 0.0)
-    tip, way_m = rates.p_w[-1], insert_way(env.anatomy)
-    turn = env.anatomy.target_azimuth_rad - env.plant.carriage[1]
-    action = np.zeros(env.action_space.shape, dtype=np.float32)
-    if tip[2] < 0.0 and float(np.hypot(*tip[:2])) < CHANNEL_M:
-        action[-2] = 1.0
-    else:
-        nearest = int(np.linalg.norm(way_m - tip, axis=1).argmin())
-        goal = way_m[min(nearest + _AHEAD, len(way_m) - 1)]
-        wishes = [Wish(rates.elements, _limited(goal - tip, _AHEAD * 1e-3), np.eye(3))]
-        for element in range(rates.elements - 1, 0, -1):
-            place = rates.p_w[element - 1]
-            if place[2] < 0.0:
-                break
-            other = way_m[int(np.linalg.norm(way_m - place, axis=1).argmin())]
-            wishes.append(Wish(element, _FOLLOW_GAIN * (other - place), _FOLLOW * np.eye(3)))
-        action = rates.choose(wishes)
-    action[-1] = np.clip(turn / (env.motions[1].rate_per_s * CONTROL_STEP_S), -1.0, 1.0)
-    return action
-
-
-def _limited(way_m: Array, most_m: float) -> Array:
-    """Return a motion, no longer than `most_m`."""
-    size = float(np.linalg.norm(way_m))
-    return way_m * min(1.0, most_m / max(size, 1e-12))
-
-
-def _kept_off(tip: Array, move: Array, ball: Array) -> Array:
-    """Return a motion that does not bring the tip's middle nearer to the tumour than `_OFF_M`."""
-    inward = (ball - tip) / np.linalg.norm(ball - tip)
-    room = float(np.linalg.norm(ball - tip)) - TUMOUR_RADIUS_M - _OFF_M
-    return move - inward * max(0.0, float(move @ inward) - room)
