@@ -97,14 +97,14 @@ class DeviceFriction(DeviceLaw):
             drive: what knows the tensions at the actuators; it must go first.
         """
         self._copies, self._drive = copies, drive
-        layout, wp = law.layout(), copies.wp
-        spans, tendons, nv = layout.spans, len(layout.ends), model.nv
-        self.ends = copies.whole(layout.ends)
+        rows, wp = law.tendons, copies.wp
+        spans, tendons, nv = law.spans, len(rows.ends), model.nv
+        self.ends = copies.whole(rows.ends)
         self.tension = copies.room(tendons, spans)
         self._turn = copies.room(tendons, spans)
-        self._yielding = copies.each(layout.yielding)
-        rows = layout.starts, layout.entries, layout.dofs, layout.span
-        self._fixed = [wp.float64(layout.mu), self.ends, *(copies.whole(item) for item in rows)]
+        self._yielding = copies.each(law.yielding)
+        places = rows.row_start, rows.entry, rows.dof, rows.span
+        self._fixed = [wp.float64(law.mu), self.ends, *(copies.whole(item) for item in places)]
         self._fixed += [SWEEPS, wp.float64(SWEEP_TOLERANCE)]
         sizes = [(tendons, spans), (tendons, spans), (spans,), (nv,), (spans,)]
         sizes += [(2 * spans,), (2 * spans,), (spans,), (tendons,), (2 * tendons + 4 + nv, tendons)]
