@@ -10,7 +10,15 @@ import numpy as np
 
 from catheter_sim.core.law import Pulls
 from catheter_sim.errors import InputError
-from catheter_sim.gpu.batch_kernels import given, know_joints, slacken, solve_tensions
+from catheter_sim.gpu.batch_kernels import (
+    Motion,
+    Room,
+    Tendons,
+    given,
+    know_joints,
+    slacken,
+    solve_tensions,
+)
 from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, Gpu, TurnsKernel
 from catheter_sim.mechanics.hysteresis import clamp_of_slack
 from catheter_sim.robots import kind_of
@@ -104,11 +112,18 @@ class DeviceFriction(DeviceLaw):
         self._turn = copies.room(tendons, spans)
         self._yielding = copies.each(law.yielding)
         places = rows.row_start, rows.entry, rows.dof, rows.span
-        self._fixed = [wp.float64(law.mu), self.ends, *(copies.whole(item) for item in places)]
-        self._fixed += [SWEEPS, wp.float64(SWEEP_TOLERANCE)]
         sizes = [(tendons, spans), (tendons, spans), (spans,), (nv,), (spans,)]
         sizes += [(2 * spans,), (2 * spans,), (spans,), (tendons,), (2 * tendons + 4 + nv, tendons)]
-        self._room = [copies.room(*size) for size in sizes]
+        data = copies.data
+        forces = data.qfrc_passive, data.qfrc_bias, data.qfrc_constraint
+        self._fixed = [
+            wp.float64(law.mu),
+            SWEEPS,
+            wp.float64(SWEEP_TOLERANCE),
+            copies.filled(Tendons, self.ends, *(copies.whole(item) for item in places)),
+            copies.filled(Room, *(copies.room(*size) for size in sizes)),
+            copies.filled(Motion, data.ten_J, data.qvel, *forces),
+        ]
         timestep = wp.float64(model.opt.timestep)
         self._joints = [timestep, copies.whole(model.jnt_dofadr)]
         self._joints += [copies.real(model.dof_armature), copies.real(model.dof_damping)]
@@ -126,9 +141,8 @@ class DeviceFriction(DeviceLaw):
         copies, data, drive = self._copies, self._copies.data, self._drive
         kernel, shape, arguments = self.find_turns
         copies.launch(kernel, shape, *arguments, self._turn)
-        state = data.ten_J, data.qvel, data.qfrc_passive, data.qfrc_bias, data.qfrc_constraint
-        inputs = *self._fixed, drive.entering, drive.drive, self._turn, self._yielding, *state
-        copies.launch(solve_tensions, (), *inputs, self.tension, *self._room, data.qfrc_applied)
+        inputs = *self._fixed, drive.entering, drive.drive, self._turn, self._yielding
+        copies.launch(solve_tensions, (), *inputs, self.tension, data.qfrc_applied)
 
     def reset(self) -> None:
         """Forget the history."""

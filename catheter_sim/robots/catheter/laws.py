@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -120,28 +121,6 @@ def advance_of(
 # The pairs that turn a simulated catheter's torsion joints.
 
 
-@dataclass(frozen=True)
-class TorsionArrays:
-    """The torsion joints' pairs as plain arrays, each of shape (k,), for where they are found elsewhere.
-
-    Attributes:
-        actuators, qpos: their actuators, and where their angles are in the positions.
-        radius, height, wrap: of the wrapped tendons [m, m, rad].
-        home: wrapped length at rest [m].
-        stiffness: of each pair [N/m].
-        gain: of the actuators [N m/m].
-    """
-
-    actuators: np.ndarray
-    qpos: np.ndarray
-    radius: Array
-    height: Array
-    wrap: Array
-    home: Array
-    stiffness: Array
-    gain: Array
-
-
 class TorsionPairs(Law):
     """The wrapped tendons of the torsion joints.
 
@@ -153,7 +132,8 @@ class TorsionPairs(Law):
 
     Attributes:
         pairs: their places among the robot's pairs, shape (k,).
-        law: their numbers, as `drive_kernel.tangents` takes them, shape (k, 6).
+        actuators, angles: their actuators, and where their angles are in the positions, shape (k,).
+        law: their numbers, as `tangents` takes them, shape (k, 6).
     """
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
@@ -163,35 +143,21 @@ class TorsionPairs(Law):
         modules = [moved[index] for index in turns]
         self.pairs = np.array(turns, dtype=int)
         names = [f"tendon_{robot.tendons[index].name}" for index in turns]
-        self._actuators = np.array([place.actuator(name).id for name in names], dtype=int)
-        self._qpos = np.array([place.joint(module.name).qposadr[0] for module in modules], dtype=int)
-        self._radius = np.array([module.tendon_radius_m for module in modules])
-        self._height = np.array([module.wrap_height_m for module in modules])
-        self._wrap = np.array([module.wrap_rad for module in modules])
-        self._home = np.hypot(self._radius * self._wrap, self._height)
-        self._stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
-        self._gain = model.actuator_gainprm[self._actuators, 0].copy()
-        numbers = self._radius, self._height, self._wrap, self._home, self._stiffness, self._gain
-        self.law = np.stack(numbers, axis=1)
-
-    def arrays(self) -> TorsionArrays:
-        """Return what their law needs to know of the pairs."""
-        return TorsionArrays(
-            actuators=self._actuators,
-            qpos=self._qpos,
-            radius=self._radius,
-            height=self._height,
-            wrap=self._wrap,
-            home=self._home,
-            stiffness=self._stiffness,
-            gain=self._gain,
-        )
+        self.actuators = np.array([place.actuator(name).id for name in names], dtype=int)
+        self.angles = np.array([place.joint(module.name).qposadr[0] for module in modules], dtype=int)
+        radius = np.array([module.tendon_radius_m for module in modules])
+        height = np.array([module.wrap_height_m for module in modules])
+        wrap = np.array([module.wrap_rad for module in modules])
+        stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
+        gain = model.actuator_gainprm[self.actuators, 0]
+        home = np.hypot(radius * wrap, height)
+        self.law = np.stack([radius, height, wrap, home, stiffness, gain], axis=1)
 
     def actuate(self, step: Step) -> None:
         """Let the torsion joints' actuators be their pairs at the present angles and controls."""
         if len(self.pairs):
             data, bias = step.data, self._model.actuator_biasprm
-            tangents(self._actuators, self._qpos, self.law, data.qpos, data.ctrl, bias)
+            tangents(self.actuators, self.angles, self.law, data.qpos, data.ctrl, bias)
 
     def tension(self, qpos: Array, ctrl: Array) -> Array:
         """Return the tension of each pair's tauter tendon, shape (..., k) [N].
@@ -200,26 +166,25 @@ class TorsionPairs(Law):
             qpos: positions, shape (..., nq).
             ctrl: controls, shape (..., nu).
         """
-        angle, displacement = qpos[..., self._qpos], ctrl[..., self._actuators]
-        around = self._radius * np.maximum(self._wrap - np.abs(angle), 0.0)
-        drawn = np.copysign(self._home - np.hypot(around, self._height), angle)
-        return np.abs(self._stiffness * (displacement - drawn))
+        radius, height, wrap, home, stiffness, _ = self.law.T
+        angle, displacement = qpos[..., self.angles], ctrl[..., self.actuators]
+        around = radius * np.maximum(wrap - np.abs(angle), 0.0)
+        drawn = np.copysign(home - np.hypot(around, height), angle)
+        return np.abs(stiffness * (displacement - drawn))
 
 
 class TorsionCopies(CopiesLaw):
     """The pairs in many copies."""
 
     def __init__(self, pairs: TorsionPairs, arrays: CopyArrays) -> None:
-        own = pairs.arrays()
-        self._actuators, self._qpos = own.actuators, own.qpos
-        self._law = pairs.law
-        self._arrays, self._bias = arrays, arrays.own("actuator_biasprm")
+        self._pairs, self._arrays, self._bias = pairs, arrays, arrays.own("actuator_biasprm")
 
     def actuate(self, copies: Index) -> None:
         """Let the torsion joints' actuators be their pairs."""
-        if len(self._actuators):
-            arrays = self._arrays
-            tangents_of(copies, self._actuators, self._qpos, self._law, arrays.qpos, arrays.ctrl, self._bias)
+        pairs, arrays = self._pairs, self._arrays
+        if len(pairs.pairs):
+            numbers = pairs.actuators, pairs.angles, pairs.law
+            tangents_of(copies, *numbers, arrays.qpos, arrays.ctrl, self._bias)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -758,8 +723,7 @@ def _goes_on(state: TendonState, strain: float) -> bool:
 SHORTEST_M = 1e-5
 
 
-@dataclass(frozen=True)
-class TubeArrays:
+class TubeArrays(NamedTuple):
     """A tube as plain arrays, for where it runs elsewhere.
 
     Attributes:
