@@ -43,15 +43,9 @@ def slacken(
 ):
     """Clamp the forces of tendons that were slack, and find the tensions of all.
 
-    Args:
-        timestep: [s].
-        unlimited: largest force of a tendon that was taut (`mechanics.hysteresis.clamp_of_slack`).
-        pulls, tendons: actuators of the driven tendons and these, shape (k,).
-        gainprm, biasprm, ten_length, ctrl: MuJoCo Warp's.
-        ctrl_before: in and out: the controls of the step before, shape (m, k).
-        forcerange: out.
-        entering: out: tensions, below zero where slack, shape (m, k) [N].
-        drive: out: what they grow by per unit of the rate of lengthening in a step, shape (m, k) [N s/m].
+    `unlimited`: largest force of a tendon that was taut (`mechanics.hysteresis.clamp_of_slack`). In and out:
+    the controls of the step before (m, k). Out: `forcerange`; tensions, below zero where slack (m, k) [N];
+    what they grow by per unit of the rate of lengthening in a step (m, k) [N s/m].
     """
     world, place = wp.tid()
     actuator = pulls[place]

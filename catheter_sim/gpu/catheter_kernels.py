@@ -28,13 +28,8 @@ def pair_turns_of_copies(
 ):
     """As `robots.catheter.laws.PairTurns`, one thread for each copy and pair.
 
-    Args:
-        path: by which all turn before the base [rad].
-        qpos: MuJoCo's positions.
-        gaps: where in them the pairs' gaps are, shape (p, n).
-        ends: number of gaps of each, shape (p,) or more.
-        passes: 1 where a pair passes the joint of another one, shape (p, p).
-        turn: out, the pairs' tendons and then their antagonists', shape (m, 2 p, n) [rad].
+    Of p pairs where their gaps are in `qpos` (p, n), number of gaps (p,) or more, and 1 where one passes the
+    joint of another (p, p). Out: turns of the pairs' tendons and then their antagonists' (m, 2 p, n) [rad].
     """
     world, pair = wp.tid()
     pairs = gaps.shape[0]
@@ -376,14 +371,8 @@ def update_stretch(
 ):
     """Make the actuators the tangents of the law at the present lengths and controls.
 
-    Args:
-        law: of all.
-        actuators, tendons: of each, shape (k,).
-        rest: tendons' lengths unstretched [m], shape (k,).
-        lengths, compliances: as of `catheter_stretch.StretchingTendon`, shape (k,) [m, m/N].
-        ctrl, ten_length: MuJoCo's.
-        states: in and out, shape (m, k).
-        gainprm, biasprm: out: force = gain control + bias + length gain length.
+    Lengths unstretched [m], and `lengths`, `compliances` as of `StretchingTendon`, (k,) [m, m/N]. In and out:
+    the states (m, k). Out: force = gain control + bias + length gain length.
     """
     world, k = wp.tid()
     actuator = actuators[k]

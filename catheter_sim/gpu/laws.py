@@ -38,13 +38,7 @@ class DeviceDrive(DeviceLaw):
     """
 
     def __init__(self, copies: DeviceCopies, model: mujoco.MjModel, pulls: Pulls) -> None:
-        """Prepare.
-
-        Args:
-            copies: where it runs.
-            model: MuJoCo's.
-            pulls: the simulator's.
-        """
+        """Prepare for MuJoCo's model and the simulator's pulls."""
         self._copies, self._driven = copies, not pulls.given
         tendons = len(pulls.actuators)
         self.entering, self.drive = copies.room(tendons), copies.room(tendons)
@@ -96,14 +90,7 @@ class DeviceFriction(DeviceLaw):
         law: CapstanFriction,
         drive: DeviceDrive,
     ) -> None:
-        """Prepare the law.
-
-        Args:
-            copies: where it runs.
-            model: MuJoCo's.
-            law: the simulator's own.
-            drive: what knows the tensions at the actuators; it must go first.
-        """
+        """Prepare for the simulator's own law; `drive`, which must go first, knows the actuators' tensions."""
         self._copies, self._drive = copies, drive
         rows, wp = law.tendons, copies.wp
         spans, tendons, nv = law.spans, len(rows.ends), model.nv
@@ -154,11 +141,7 @@ class DeviceFriction(DeviceLaw):
 
 
 def laws_of(simulator: Simulator, copies: DeviceCopies) -> list[DeviceLaw]:
-    """Return the laws of a simulator for its copies.
-
-    Args:
-        simulator: at rest.
-        copies: where they run.
+    """Return the laws of a simulator, at rest, for its copies.
 
     Raises:
         InputError: its kind has no laws for a device.

@@ -21,13 +21,10 @@ class DeviceRolling(DeviceLaw):
     def __init__(
         self, copies: DeviceCopies, rolling: OneRolling, rods: RodElasticity, pulls: DevicePulls, tension: Any
     ) -> None:
-        """Prepare.
+        """Prepare from the simulator's own laws.
 
-        Args:
-            copies: where it runs.
-            rolling, rods: the simulator's own.
-            pulls: what knows the tensions at the actuators.
-            tension: in the gaps, as friction leaves it, shape (m, t, n) [N]; None: without friction.
+        `pulls` knows the tensions at the actuators; `tension` is that in the gaps, as friction leaves it, (m,
+        t, n) [N]; None: without friction.
         """
         self._copies, self._pulls = copies, pulls
         layout = rolling.layout()

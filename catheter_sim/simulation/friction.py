@@ -141,9 +141,7 @@ class CapstanFriction(Law):
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators.
 
-        Args:
-            data: the state.
-            actuator_tension: tensions now, below zero where a driven tendon is slack, shape (t,) [N].
+        The actuators' tensions, (t,) [N], are below zero where a driven tendon is slack.
         """
         passive = data.qfrc_passive - self._springs * data.qvel if self._whole else data.qfrc_passive
         busy_spans(self._block, self._history, self._counts, actuator_tension)
@@ -212,13 +210,7 @@ class CapstanCopies(CapstanFriction):
         self._histories[copies] = 0.0
 
     def apply_copies(self, copies: Index, entering: Array, applied: Array) -> None:
-        """`apply` in some of the m copies.
-
-        Args:
-            copies: which.
-            entering: tensions at the actuators now, shape (m, t) [N].
-            applied: in and out: applied forces, shape (m, nv).
-        """
+        """`apply` in some of m copies: tensions at the actuators (m, t) [N]; applied forces (m, nv)."""
         self.turns.of_copies(copies, self._qpos, self._sites, self._turn)
         solve_tensions_of_copies(
             copies,

@@ -338,14 +338,7 @@ class Readout:
         outputs: Outputs,
         slides: Sequence[str],
     ) -> None:
-        """Prepare.
-
-        Args:
-            place: where the robot is.
-            data: the state.
-            outputs: what it reports.
-            slides: of the joints that stand still besides where it rests.
-        """
+        """Prepare; `slides` name joints that stand still besides where the robot rests."""
         self._model, self._data, self._base = place.model, data, place.base
         self._angles = np.array([place.joint(name).qposadr[0] for name in outputs.joints])
         self.dofs = np.array([place.joint(name).dofadr[0] for name in [*outputs.joints, *slides]])

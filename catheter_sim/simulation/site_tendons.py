@@ -277,13 +277,7 @@ class PathCopies(SiteTendons):
         )
 
     def pull_in(self, copies: Index, tension: Array, applied: Array) -> None:
-        """Add what tendons pull to some copies' applied forces.
-
-        Args:
-            copies: which of the m.
-            tension: at the actuators, shape (m, t) [N].
-            applied: in and out, shape (m, nv).
-        """
+        """Add what tendons at tensions (m, t) [N] pull to the applied forces (m, nv) of some copies."""
         _pull_in(copies, self._pulled, self._column, self.ten_J, tension, applied)
 
 

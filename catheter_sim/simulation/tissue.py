@@ -141,12 +141,7 @@ class Tissue:
     """
 
     def __init__(self, model: mujoco.MjModel, stiffness_N_per_m: Mapping[str, float]) -> None:
-        """Prepare the law.
-
-        Args:
-            model: of a robot in surroundings, with geoms `tissue_<region>_<k>`.
-            stiffness_N_per_m: of each region under one geom of the robot.
-        """
+        """Prepare for a model with geoms `tissue_<region>_<k>` and each region's stiffness under one."""
         self.regions = tuple(stiffness_N_per_m)
         names = [model.geom(geom).name for geom in range(model.ngeom)]
         self._model = model

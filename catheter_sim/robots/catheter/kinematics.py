@@ -56,14 +56,9 @@ def slide(direction: ArrayLike) -> Array:
 
 
 def exponential(twist: Array, value: ArrayLike) -> Array:
-    """Return exp(twist * value).
+    """Return the transforms exp(twist * value), shape (..., 4, 4).
 
-    Args:
-        twist: shape (6,), its axis unit or zero.
-        value: angle [rad] or way [m], shape (...).
-
-    Returns:
-        Transforms, shape (..., 4, 4).
+    `twist` has shape (6,), its axis unit or zero; `value` is an angle [rad] or a way [m], shape (...).
     """
     value = np.asarray(value, dtype=float)
     v, w = twist[:3], twist[3:]
@@ -89,15 +84,9 @@ def cross_matrix(w: Array) -> Array:
 
 
 def product_of_exponentials(twists: Array, values: Array, home: Array) -> Array:
-    """Return exp(twist_1 value_1) ... exp(twist_j value_j) home.
+    """Return exp(twist_1 value_1) ... exp(twist_j value_j) home, shape (..., 4, 4).
 
-    Args:
-        twists: shape (j, 6), in the home posture, base frame.
-        values: shape (..., j).
-        home: transform at zero, shape (4, 4).
-
-    Returns:
-        Transforms, shape (..., 4, 4).
+    Twists in the home posture, base frame, (j, 6); values (..., j); home (4, 4).
     """
     result = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
     for index, twist in enumerate(twists):
@@ -106,14 +95,9 @@ def product_of_exponentials(twists: Array, values: Array, home: Array) -> Array:
 
 
 def space_jacobian(twists: Array, values: Array) -> Array:
-    """Return the twists in the base frame as they lie when the joints are at `values`.
+    """Return the twists (j, 6) in the base frame where the joints are at values (..., j).
 
-    Args:
-        twists: shape (j, 6).
-        values: shape (..., j).
-
-    Returns:
-        Shape (..., 6, j): columns (v, w).
+    Columns (v, w), shape (..., 6, j).
     """
     before = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
     columns = []
@@ -302,14 +286,9 @@ def tube_bend(segment: CatheterSegment) -> tuple[Array, float]:
 
 
 def tube_end(segment: CatheterSegment, advance_m: ArrayLike) -> tuple[Array, Array]:
-    """Return where the unloaded tube ends, in the frame of the guide's end.
+    """Return where a prismatic segment's unloaded tube ends at advances (...) [m], in its guide's end frame.
 
-    Args:
-        segment: a prismatic one.
-        advance_m: shape (...).
-
-    Returns:
-        Position, shape (..., 3) [m], and orientation, shape (..., 3, 3).
+    Position, shape (..., 3) [m], and orientation, shape (..., 3, 3).
     """
     advance = np.asarray(advance_m, dtype=float)
     curvature = np.array([segment.tube_curvature_x_per_m, segment.tube_curvature_y_per_m])
@@ -448,11 +427,9 @@ def eased_m(drawn_m: Array, sunk_m: Array | float) -> Array:
 
 
 def sunk_by(robot: CatheterRobot, drawn_m: Array) -> Array:
-    """Return how far the base sinks, shape (r,) [m]; NaN where a joint is led beyond its range.
+    """Return how far the base sinks, (r,) [m], as pairs are drawn by (r, t) [m]; NaN beyond a joint's range.
 
-    Args:
-        robot: a catheter whose bending joints are springs, without friction.
-        drawn_m: how far each pair's tendons are drawn at the drive, shape (r, t) [m].
+    The bending joints are springs, without friction.
     """
     sunk = np.zeros(len(drawn_m))
     if not has_mount_slide(robot):
@@ -564,29 +541,16 @@ def screw_chain(robot: CatheterRobot) -> ScrewChain:
 
 
 def tool_frame(robot: CatheterRobot, q: Array) -> Array:
-    """Return the tool frame by the product of exponentials (Nayar 2022, Eq. 12).
-
-    Args:
-        robot: the catheter.
-        q: joint values, shape (..., m).
-
-    Returns:
-        Shape (..., 4, 4), base frame, SI units.
-    """
+    """Return the tool frame (..., 4, 4) at joint values (..., m), base frame, SI (Nayar 2022, Eq. 12)."""
     chain = screw_chain(robot)
     values, _ = _parameters(chain, q)
     return product_of_exponentials(chain.twists, values, chain.home)
 
 
 def tool_jacobian(robot: CatheterRobot, q: Array) -> Array:
-    """Return d(tip position, tool turn) / dq in the base frame.
+    """Return d(tip position, tool turn) / dq at joint values (..., m), base frame, shape (..., 6, m).
 
-    Args:
-        robot: the catheter.
-        q: joint values, shape (..., m).
-
-    Returns:
-        Shape (..., 6, m): rows 0-2 the tip's velocity, rows 3-5 the tool's angular velocity.
+    Rows 0-2 are the tip's velocity, rows 3-5 the tool's angular velocity.
     """
     chain = screw_chain(robot)
     values, slopes = _parameters(chain, q)
@@ -598,14 +562,9 @@ def tool_jacobian(robot: CatheterRobot, q: Array) -> Array:
 
 
 def element_frames(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
-    """Return the distal faces of the elements, base to tip.
+    """Return the distal faces of the elements, base to tip, at joint values (..., m).
 
-    Args:
-        robot: the catheter.
-        q: joint values, shape (..., m).
-
-    Returns:
-        Centres, shape (..., n, 3) [m], and orientations, shape (..., n, 3, 3); the last is the tool's.
+    Centres, shape (..., n, 3) [m], and orientations, shape (..., n, 3, 3); the last is the tool's.
     """
     shape = q.shape[:-1]
     place = np.zeros((*shape, 3))
@@ -704,12 +663,7 @@ def four_dof_lengths(robot: CatheterRobot) -> FourDofLengths:
 def transseptal_tool(lengths: TransseptalLengths, q: Array) -> tuple[Array, Array]:
     """Return the tool of the transseptal robot (Nayar 2022, Eqs 14-15), paper's frame.
 
-    Args:
-        lengths: of the links.
-        q: proximal torsion, bending, advance, distal torsion, shape (..., 4).
-
-    Returns:
-        Position, shape (..., 3), and R, shape (..., 3, 3).
+    Of proximal torsion, bending, advance, distal torsion (..., 4): position (..., 3), and R (..., 3, 3).
     """
     p, b, advance, d = np.moveaxis(q, -1, 0)
     cp, sp, cb, sb, cd, sd = np.cos(p), np.sin(p), np.cos(b), np.sin(b), np.cos(d), np.sin(d)
@@ -728,15 +682,9 @@ def transseptal_tool(lengths: TransseptalLengths, q: Array) -> tuple[Array, Arra
 def four_dof_tool(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
     """Return the tool of the 4-DoF robot (Nayar 2023, Eqs 6-7, corrected), paper's frame.
 
-    Corrections: the third row of R has c_t s_pb + s_db c_pb s_t in the middle; p_y is
-    -[s_pb (bm + c_db (e_l + delta)) + b_2 s_db s_pb / theta_db + b_1 (1 - c_pb) / theta_pb].
-
-    Args:
-        lengths: of the links.
-        q: proximal bending, distal bending, advance, torsion, shape (..., 4).
-
-    Returns:
-        Position, shape (..., 3), and R, shape (..., 3, 3).
+    Of proximal bending, distal bending, advance, torsion (..., 4): position (..., 3), and R (..., 3, 3).
+    Corrections: the third row of R has c_t s_pb + s_db c_pb s_t in the middle; p_y is -[s_pb (bm + c_db (e_l
+    + delta)) + b_2 s_db s_pb / theta_db + b_1 (1 - c_pb) / theta_pb].
     """
     pb, db, advance, t = np.moveaxis(q, -1, 0)
     cp, sp, cd, sd, ct, st = np.cos(pb), np.sin(pb), np.cos(db), np.sin(db), np.cos(t), np.sin(t)
@@ -857,14 +805,10 @@ class InverseResult:
 
 
 def inverse(robot: CatheterRobot, tool: Array) -> InverseResult:
-    """Return the joint values that reach a tool frame.
-
-    Args:
-        robot: of one of the two designs.
-        tool: shape (4, 4), base frame, SI units.
+    """Return the joint values that reach a tool frame (4, 4), base frame, SI units.
 
     Raises:
-        InputError: another design, a tube that is curved at rest, or no transform.
+        InputError: neither of the two designs, a tube that is curved at rest, or no transform.
     """
     solvers: dict[tuple[str, ...], Callable[[CatheterRobot, Array, Array], list[Array]]] = {
         TRANSSEPTAL: _transseptal,
@@ -993,13 +937,8 @@ PURE_KINEMATICS = "pk"
 def pk(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
     """Return the postures by pure kinematics; without play every row stands alone.
 
-    The run's residual is a displacement here: what the angles' displacement differs by from the
-    input's, the largest of the pairs [m].
-
-    Args:
-        robot: a catheter.
-        inputs: displacements and advance; no tip force or moment.
-        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
+    The run's residual is a displacement here: what the angles' displacement differs by from the input's, the
+    largest of the pairs [m].
 
     Raises:
         InputError: a load that the model does not have, or a displacement beyond the joint's range.
@@ -1029,12 +968,7 @@ def pure_joint(
 ) -> tuple[Array, Array]:
     """Return the value of the joint that a pair moves, and the displacement left over, per row.
 
-    Args:
-        robot, inputs, pair, model: whose, and along what.
-        sunk_m: how far the mount has given way, shape (r,) [m].
-
-    Returns:
-        Angle [rad] or advance [m], shape (r,), and |displacement left over|, shape (r,) [m].
+    Angle [rad] or advance [m], (r,), and |displacement left over|, (r,) [m]; the mount has sunk by `sunk_m`.
 
     Raises:
         InputError: a displacement to which no angle belongs.
@@ -1087,9 +1021,7 @@ def run_of(
     """Return the run of a kinematic model.
 
     Args:
-        robot, inputs, gravity_mps2, model: as they were given.
         values: of the joint that each pair moves, each of shape (r,) [rad or m].
-        residual: shape (r,).
         tension_N: of each pair, shape (r, t) [N]; default: the elastic moment's.
         sunk_m: how far the base has sunk along -z, shape (r,) [m].
     """

@@ -53,13 +53,8 @@ from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment, Te
 def tangents(actuators: Index, places: Index, law: Array, qpos: Array, ctrl: Array, bias: Array) -> None:
     """Make one catheter's torsion joints' actuators the tangents of their pairs' law.
 
-    Args:
-        actuators, places: of the joints, and of their angles in `qpos`, shape (k,).
-        law: of each: radius, wrap's height [m], wrap [rad], home length [m], stiffness, actuator's gain
-            [N/m], shape (k, 6).
-        qpos: positions, shape (nq,).
-        ctrl: controls, shape (nu,) [m].
-        bias: out: at [:, :2]: bias and length gain, shape (nu, 3 or more).
+    `actuators` and `places` of their angles in `qpos`, (k,); `law`: radius, wrap's height [m], wrap [rad],
+    home length [m], stiffness, actuator's gain [N/m], (k, 6). Out: bias and length gain, at bias[:, :2].
     """
     for k in range(actuators.shape[0]):
         radius, height, wrap, home = law[k, 0], law[k, 1], law[k, 2], law[k, 3]
@@ -99,14 +94,9 @@ def advance_of(
 ) -> None:
     """Set the controls for displacements that have moved by a share of their change.
 
-    Args:
-        copies: which of the m, shape (k,).
-        start, change: of the chosen ones' displacements, shape (k, p) [m].
-        share: of the change.
-        half_play: half of each pair's dead-band, shape (p,) [m].
-        pair, sign: of each driven actuator, the first ones in `ctrl`, shape (a,).
-        arrived: in and out: what arrives at the pairs, shape (m, p) [m].
-        ctrl: out: controls, shape (m, nu).
+    `start` and `change` of the chosen k copies, (k, p) [m]; `half_play` of each pair [m]; `pair` and `sign`
+    of each driven actuator, the first ones in `ctrl`, (a,). In and out: what arrives at the pairs, (m, p)
+    [m].
     """
     for row in range(copies.shape[0]):
         i = copies[row]
@@ -160,12 +150,7 @@ class TorsionPairs(Law):
             tangents(self.actuators, self.angles, self.law, data.qpos, data.ctrl, bias)
 
     def tension(self, qpos: Array, ctrl: Array) -> Array:
-        """Return the tension of each pair's tauter tendon, shape (..., k) [N].
-
-        Args:
-            qpos: positions, shape (..., nq).
-            ctrl: controls, shape (..., nu).
-        """
+        """Return the tension of each pair's tauter tendon at qpos (..., nq), ctrl (..., nu), (..., k) [N]."""
         radius, height, wrap, home, stiffness, _ = self.law.T
         angle, displacement = qpos[..., self.angles], ctrl[..., self.actuators]
         around = radius * np.maximum(wrap - np.abs(angle), 0.0)
@@ -408,12 +393,10 @@ class JointResistance:
         self._turn = np.zeros((2, self._gaps))  # toward + and toward - [deg]
 
     def arrays(self) -> tuple[list[np.ndarray], list[Array]]:
-        """Return the law as plain arrays with a row for each gap, for where it runs elsewhere.
+        """Return the law as plain arrays with a row for each of n gaps, for where it runs elsewhere.
 
-        Returns:
-            Places in MuJoCo: joints, positions, degrees of freedom. Numbers: gaps of the joint, moment
-            per radian [N m/rad], arm and half gap, (n, 2) [m], and of Algorithm 2 `loading`, (n, 4),
-            `bounds_deg`, (n, 2), `c_1` and `c_2`, (n, 3).
+        Places in MuJoCo: joints, positions, degrees of freedom. Numbers: gaps of the joint, moment per radian
+        [N m/rad], arm and half gap, (n, 2) [m], and of Algorithm 2 `loading`, `bounds_deg`, `c_1` and `c_2`.
         """
         arms = np.array([self._segment.arm_m, self._segment.half_gap_m])
         numbers = np.array(float(self._gaps)), np.array(self._scale), arms, *self._numbers
@@ -483,15 +466,10 @@ def _slipping(
     low: Array,
     high: Array,
 ) -> None:
-    """Write the moments at which the gaps of a joint slip back and on, as `joint_force` has them.
+    """Write the moments at which the gaps of a joint slip back and on, low and high, (n,) [N m].
 
-    Args:
-        angle: of the gaps, shape (n,) [rad].
-        turn_deg: to which each was last loaded, toward + and toward -, shape (2, n) [deg].
-        arm_m, half_gap_m: of the joint's tendons and gaps [m].
-        least: stiffness below which no moment falls [N m/rad].
-        loading, bounds_deg, c_1, c_2: Algorithm 2.
-        low, high: out, shape (n,) [N m].
+    As `joint_force` has them, at angles (n,) [rad]; `turn_deg`: to which each was last loaded, toward + and
+    toward -, (2, n) [deg]; `least`: stiffness below which no moment falls [N m/rad].
     """
     gaps = len(angle)
     for k in range(gaps):
@@ -556,34 +534,17 @@ LARGEST_STRAIN = 0.5  # no tendon comes near
 
 @dataclass(frozen=True)
 class Stretched:
-    """A tendon at a stretch.
-
-    Attributes:
-        tension_N: below zero where it is slack [N].
-        stiffness_N_per_m: slope of the tension over the stretch [N/m].
-    """
+    """A tendon at a stretch: its tension, below zero where it is slack [N], and its slope [N/m]."""
 
     tension_N: float
     stiffness_N_per_m: float
 
 
 class StretchingTendon:
-    """One tendon and its history.
-
-    Attributes:
-        length: over which it stretches by the law [m].
-        compliance: of what is in series with it [m/N].
-        state: its history.
-    """
+    """One tendon and its history: Algorithm 1 over `length` [m], in series with `compliance` [m/N]."""
 
     def __init__(self, length_m: float, stiffness_N_per_m: float, law: TendonLaw = PRINTED) -> None:
-        """Start with a new tendon.
-
-        Args:
-            length_m: over which it stretches by the law.
-            stiffness_N_per_m: of what is in series with it; inf: nothing.
-            law: parameters of Algorithm 1.
-        """
+        """Start with a new tendon; a stiffness of inf: nothing is in series with it."""
         self.length, self.compliance, self._law = length_m, 1.0 / stiffness_N_per_m, law
         self.state = TendonState()
 
@@ -627,14 +588,7 @@ class StretchingTendon:
 
 @dataclass(frozen=True)
 class StretchArrays:
-    """The stretching tendons of a model as plain arrays, each of shape (k,), for where they run elsewhere.
-
-    Attributes:
-        actuators, tendons: in MuJoCo.
-        rest: unstretched lengths [m].
-        length, compliance: as of `StretchingTendon` [m, m/N].
-        law: of all.
-    """
+    """The k stretching tendons of a model as plain arrays, for where they run elsewhere."""
 
     actuators: np.ndarray
     tendons: np.ndarray
@@ -648,13 +602,7 @@ class StretchLaws(Law):
     """The stretching tendons of a model, in the order of the actuators that pull them."""
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel, controls: PairControls) -> None:
-        """Find the pairs whose tendons follow the law.
-
-        Args:
-            robot: the catheter.
-            place: where it is.
-            controls: its own, which know the tendons of bending joints.
-        """
+        """Find the pairs whose tendons follow the law among the bending joints' that `controls` knows."""
         model, actuators, pairs = place.model, controls.pulls, controls.pulling_pair
         chosen = [index for index, pair in enumerate(pairs) if stretches(robot.tendons[pair])]
         self._places = np.array(chosen, dtype=int)

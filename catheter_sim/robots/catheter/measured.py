@@ -192,7 +192,7 @@ def stretched(law: TendonLaw, state: TendonState, strain: float) -> TendonState:
 
 
 def strain_at(law: TendonLaw, state: TendonState, tension_N: float) -> float:
-    """Return the strain at which the tendon, moved there straight, has a tension, [N] >= 0.
+    """Return the strain at which the tendon, moved there straight, has a tension [N] of 0 or more.
 
     At zero tension: where it just goes slack.
 
@@ -309,11 +309,8 @@ def identify(
 ) -> PrandtlIshlinskii:
     """Return the model that fits a measured history from rest best (Eqs 33-34).
 
-    Args:
-        values: input, row by row, shape (r,).
-        measured: output, shape (r,).
-        operators: m of Eq. 33.
-        dead_zones: how many dead zones stand before the plays, besides none; 0 is the paper's model.
+    Input and output (r,); `operators` is m of Eq. 33; so many dead zones stand before the plays, besides
+    none: 0 is the paper's model.
 
     Raises:
         InputError: fewer rows than weights, a missing value, or an input that never moves.
@@ -439,13 +436,9 @@ _FLATTEST = 1e-6  # deg/mm: a line as flat as that has no alpha of its own
 def calibrate_bending(
     segment: CatheterSegment, displacement_m: Array, angle_rad: Array
 ) -> BendingCalibration:
-    """Return Eq. 25's two lines that fit loops of a bending joint best.
+    """Return Eq. 25's two lines that fit loops of a bending joint best, displacements of 0 or more, (r,).
 
     The turn l* is sought among the displacements that occur; the lines need not meet there.
-
-    Args:
-        segment: the joint; its arm is in Eq. 25.
-        displacement_m, angle_rad: along the loops, displacements of 0 or more, shape (r,).
 
     Raises:
         InputError: too few different displacements, or a missing value.
@@ -479,11 +472,7 @@ def calibrate_bending(
 def calibrate_torsion(
     segment: CatheterSegment, displacement_m: Array, angle_rad: Array
 ) -> TorsionCalibration:
-    """Return Eq. 26's plateaus and dead-band that fit loops of a torsion joint best.
-
-    Args:
-        segment: the joint.
-        displacement_m, angle_rad: along the loops, displacements of 0 or more, shape (r,).
+    """Return Eq. 26's plateaus and dead-band that fit a torsion joint's loops best, displacements >= 0, (r,).
 
     Raises:
         InputError: a joint that does not move, or a missing value.
@@ -585,11 +574,6 @@ def te(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
     """Return the postures with stretching tendons, row after row from new tendons at rest.
 
     The run's residual is the unbalanced moment of the bending joint that moves, largest of both [N m].
-
-    Args:
-        robot: of the 4-DoF design.
-        inputs: displacements and advance; no tip force or moment.
-        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
 
     Raises:
         InputError: a load that the model does not have, a tendon without a length or with a stiffness
@@ -705,14 +689,9 @@ def bent_along(
 ) -> tuple[Array, Array, Array]:
     """Return what a joint does along the ways of its two tendons, from new tendons at rest.
 
-    Args:
-        joint: the joint.
-        drawn_m: of the tendon toward + and of the one toward -, shape (r, 2) [m].
-        where: what to call a row in a message.
-        path_rad: of each row, in place of the joint's, shape (r,).
-
-    Returns:
-        Angle [rad], the tighter tendon's tension [N] and the moment left over [N m], each of shape (r,).
+    Ways of the tendon toward + and of the one toward - (r, 2) [m]; `where` names a row in a message;
+    `path_rad` of each row, in place of the joint's, (r,). Returns angle [rad], the tighter tendon's tension
+    [N] and the moment left over [N m], each (r,).
 
     Raises:
         InputError: a way to which no angle belongs, or beyond what was measured of the tendon.
@@ -819,14 +798,7 @@ def need(joint: StretchingJoint, angle_deg: float) -> Need:
 def preconditioned(
     joint: StretchingJoint, tension_N: float, cycles: int = 1, law: TendonLaw | None = None
 ) -> tuple[TendonState, float]:
-    """Return a tendon that was pulled to a tension and let go, and its set [m].
-
-    Args:
-        joint: whose tendon it is.
-        tension_N: to which it is pulled.
-        cycles: how often.
-        law: of the tendon; default: the joint's.
-    """
+    """Return a tendon, of the joint's law or another, that was pulled to a tension and let go; its set [m]."""
     law = law or joint.law
     state = TendonState()
     top = strain_at(law, state, tension_N)
@@ -840,12 +812,7 @@ def repeats_m(joint: StretchingJoint, angle_deg: float, law: TendonLaw, ready: b
     """Return by how much the displacement halfway differs from the first bend to the second [m].
 
     Halfway: at the top the tension, and so the strain, is the same for a new tendon and one that comes back.
-
-    Args:
-        joint: the joint.
-        angle_deg: to which both bends go, above 0.
-        law: of its tendon, cycle effects included or not.
-        ready: whether the tendon has been preconditioned to the tension of that angle.
+    `ready`: whether the tendon, of `law`, has been preconditioned to the tension of that angle, above 0.
     """
     own = replace(joint, law=law)
     tension_N = need(replace(joint, law=SIMPLIFIED), angle_deg).tension_N
@@ -887,12 +854,7 @@ Law = Callable[[CatheterRobot, Inputs, int, str], Array]
 
 
 def mk(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
-    """Return the postures by modified kinematics, row after row.
-
-    Args:
-        robot: of the transseptal design.
-        inputs: displacements of 0 or more and advance; no tip force or moment.
-        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
+    """Return the postures by modified kinematics, row after row; displacements of 0 or more.
 
     Raises:
         InputError: a load that the model does not have, or a displacement out of its range.

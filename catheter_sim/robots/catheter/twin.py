@@ -193,12 +193,9 @@ def batch_joints(
 ) -> tuple[Array, Array, Array]:
     """Return what each pair's joint does along each robot's own inputs, before any load moves it.
 
-    It is `pure`'s, or `balance`'s if it must be. What a load adds is `batch_loads`'.
-
-    Returns:
-        Angles [rad] and advances [m], shape (B, r, t), tensions, shape (B, r, t) [N], and how far the mount
-        has given way, (B, r) [m]; NaN of a robot that one of its rows leads beyond what its joints or the
-        model can do.
+    It is `pure`'s, or `balance`'s if it must be: angles [rad] and advances [m] (B, r, t), tensions (B, r, t)
+    [N], and how far the mount has given way (B, r) [m]; NaN of a robot that one of its rows leads beyond what
+    its joints or the model can do.
     """
     first = robots[0]
     moved = [moved_segment(first, pair) for pair in range(len(first.tendons))]
@@ -237,10 +234,7 @@ def batch_loads(
 ) -> list[tuple[int, np.ndarray, Yielded]]:
     """Return what loads do to robots at each `every`-th row: a robot's index, which of these rows, and what.
 
-    Args:
-        robots, inputs, gravity_mps2: as of `batch_joints`.
-        values, tension, sunk_m: of all rows, as it returns them; at a robot of NaN none is looked for.
-        every: 1 or more.
+    `values`, `tension`, `sunk_m` are of all rows, as of `batch_joints`; at a robot of NaN none is looked for.
     """
     asked = []
     for place, (robot, driven) in enumerate(zip(robots, inputs, strict=True)):
