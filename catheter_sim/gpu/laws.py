@@ -90,7 +90,7 @@ class DeviceFriction(DeviceLaw):
         law: CapstanFriction,
         drive: DeviceDrive,
     ) -> None:
-        """Prepare for the simulator's own law; `drive`, which must go first, knows the actuators' tensions."""
+        """Prepare for the simulator's own law; `drive`, which must go first, knows the pulls."""
         self._copies, self._drive = copies, drive
         rows, wp = law.tendons, copies.wp
         spans, tendons, nv = law.spans, len(rows.ends), model.nv

@@ -16,7 +16,7 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import has_mount_slide
 from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
-from catheter_sim.mechanics.arcs import arc_end, arc_functions
+from catheter_sim.mechanics.arcs import arc_functions
 from catheter_sim.mechanics.hysteresis import play
 from catheter_sim.robots.catheter.description import (
     FOUR_DOF,
@@ -35,7 +35,17 @@ from catheter_sim.robots.catheter.description import (
     moved_segment,
     moving,
 )
+from catheter_sim.robots.catheter.kernels import (
+    BENDING,
+    PRISMATIC,
+    RIGID,
+    TORSION,
+    element_frames,
+    joint_values,
+)
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
+
+JOINT_KINDS = {"bending": BENDING, "torsion": TORSION, "prismatic": PRISMATIC, "rigid": RIGID}
 
 # ----------------------------------------------------------------------------------------------------
 # Product of exponentials of twists, for many postures at once.
@@ -193,22 +203,7 @@ def angle_rad(segment: CatheterSegment, displacement_m: ArrayLike) -> Array:
 
     NaN where no angle exists: the displacement is beyond that of `largest_angle_rad`.
     """
-    displacement = np.asarray(displacement_m, dtype=float)
-    size = np.abs(displacement)
-    largest = largest_angle_rad(segment)
-    side = np.copysign(1.0, displacement)
-    most = np.abs(pulled_m(segment, side * largest))
-    # the last bit of the largest displacement itself is no reason to refuse it
-    size = np.where(size <= most * (1.0 + 1e-12), np.minimum(size, most), np.nan)
-    if segment.joint == "bending":
-        gaps = 2 * (segment.rings + 1)
-        home = _drawn_m(segment, side * segment.rest_rad)
-        t, a, x = segment.half_gap_m, segment.arm_m, (size + home) / gaps
-        return side * 2.0 * gaps * np.arctan(x / (a + np.sqrt(a * a + x * (2.0 * t - x))))
-    whole, radius = _wrapped_m(segment, 0.0), segment.tendon_radius_m
-    around = np.sqrt(np.maximum((whole - size) ** 2 - segment.wrap_height_m**2, 0.0))
-    angle = size * (2.0 * whole - size) / (radius * (radius * segment.wrap_rad + around))
-    return np.copysign(angle, displacement)
+    return elastic_angle_rad(segment, displacement_m, 0.0)
 
 
 def elastic_angle_rad(segment: CatheterSegment, displacement_m: ArrayLike, compliance_m: float) -> Array:
@@ -217,21 +212,21 @@ def elastic_angle_rad(segment: CatheterSegment, displacement_m: ArrayLike, compl
     The pulled tendon's way at the drive is Eq. 3 plus its stretch, which grows with the angle as the
     elastic moment does. NaN where no angle exists. Of any joint if the compliance is 0.
     """
-    displacement = np.asarray(displacement_m, dtype=float)
-    if compliance_m == 0.0:
-        return angle_rad(segment, displacement)
-    side = np.copysign(1.0, displacement)
-    size = np.abs(displacement)
-    turn = side * largest_angle_rad(segment) - segment.rest_rad  # from rest
-    reached = np.abs(pulled_m(segment, segment.rest_rad + turn)) + compliance_m * np.abs(turn)
-    for _ in range(50):  # convex and rising: Newton's steps come down from above
-        angle = segment.rest_rad + turn
-        excess = np.abs(pulled_m(segment, angle)) + compliance_m * np.abs(turn) - size
-        step = excess / (arm_m(segment, angle) + compliance_m)
-        turn = side * np.maximum(np.abs(turn) - step, 0.0)
-        if not (np.abs(step) > 1e-14).any():
-            break
-    return np.where(size <= reached * (1.0 + 1e-12), segment.rest_rad + turn, np.nan)
+    ways = np.asarray(displacement_m, dtype=float)
+    angles = np.empty(ways.shape)
+    numbers = np.array(joint_numbers(segment, compliance_m))
+    joint_values(JOINT_KINDS[segment.joint], np.ravel(ways), numbers, angles.reshape(-1))
+    found: Array = angles[()]
+    return found
+
+
+def joint_numbers(segment: CatheterSegment, compliance_m: float) -> tuple[float, ...]:
+    """Return what the compiled loops know of a joint, shape (6,): see `kernels.pure_values`."""
+    if segment.joint == "bending":
+        gaps = 2.0 * (segment.rings + 1)
+        rest, half_gap, arm = segment.rest_rad, segment.half_gap_m, segment.arm_m
+        return compliance_m, rest, half_gap, arm, gaps, largest_angle_rad(segment)
+    return segment.tendon_radius_m, segment.wrap_rad, segment.wrap_height_m, 0.0, 0.0, 0.0
 
 
 def _side(segment: CatheterSegment, angle: Array) -> Array:
@@ -283,16 +278,6 @@ def tube_bend(segment: CatheterSegment) -> tuple[Array, float]:
     x, y = segment.tube_curvature_x_per_m, segment.tube_curvature_y_per_m
     size = math.hypot(x, y)
     return np.array([-y, x, 0.0]) / size, size
-
-
-def tube_end(segment: CatheterSegment, advance_m: ArrayLike) -> tuple[Array, Array]:
-    """Return where a prismatic segment's unloaded tube ends at advances (...) [m], in its guide's end frame.
-
-    Position, shape (..., 3) [m], and orientation, shape (..., 3, 3).
-    """
-    advance = np.asarray(advance_m, dtype=float)
-    curvature = np.array([segment.tube_curvature_x_per_m, segment.tube_curvature_y_per_m])
-    return arc_end(curvature * advance[..., None], advance)
 
 
 def tube_chord_change(advance_m: Array, curvature_per_m: Array) -> tuple[Array, Array]:
@@ -561,37 +546,39 @@ def tool_jacobian(robot: CatheterRobot, q: Array) -> Array:
     return columns @ member
 
 
-def element_frames(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
-    """Return the distal faces of the elements, base to tip, at joint values (..., m).
+def batch_frames(
+    robots: Sequence[CatheterRobot], values: Array, wanted: Sequence[int]
+) -> tuple[Array, Array]:
+    """Return the distal faces of the elements `wanted` (rising indices) at the pairs' values (B, r, t).
 
-    Centres, shape (..., n, 3) [m], and orientations, shape (..., n, 3, 3); the last is the tool's.
+    Returns:
+        Centres, shape (B, r, n, 3) [m], and orientations, shape (B, r, n, 3, 3).
     """
-    shape = q.shape[:-1]
-    place = np.zeros((*shape, 3))
-    rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
-    value = dict(zip(moving(robot), np.moveaxis(q, -1, 0), strict=True))
-    found: list[tuple[Array, Array]] = []
-    parts = elements(robot)
-    for index, segment in enumerate(robot.segments):
-        faces = [part.face_m for part in parts if part.segment == index]
+    first = robots[0]
+    mover = np.full(len(first.segments), -1)
+    mover[[moved_segment(first, pair) for pair in range(len(first.tendons))]] = np.arange(len(first.tendons))
+    joint = np.array([JOINT_KINDS[segment.joint] for segment in first.segments])
+    parts = [elements(robot) for robot in robots]
+    segment = np.array([parts[0][index].segment for index in wanted], dtype=np.int64)
+    shape = (*values.shape[:2], len(segment))
+    places, rotations = np.empty((*shape, 3)), np.empty((*shape, 3, 3))
+    faces = np.array([[own[index].face_m for index in wanted] for own in parts])
+    numbers = np.array([_segment_numbers(robot) for robot in robots])
+    element_frames(joint, mover, numbers, segment, faces, np.ascontiguousarray(values), places, rotations)
+    return places, rotations
+
+
+def _segment_numbers(robot: CatheterRobot) -> list[tuple[float, float, float]]:
+    """Return the numbers of `kernels.element_frames` for every segment."""
+    found = []
+    for segment in robot.segments:
+        toward = (0.0, 0.0)
         if segment.joint == "bending":
-            axis = "xy".index(segment.bends_toward)
-            bend = np.zeros((*shape, 2))
-            bend[..., axis] = value[index]
-            for face in [*faces, segment.length_m]:
-                step, turned = arc_end(bend * (face / segment.length_m), np.full(shape, face))
-                found.append((place + (rotation @ step[..., None])[..., 0], rotation @ turned))
-            place, rotation = found.pop()
-            continue
-        if segment.joint == "torsion":
-            rotation = rotation @ exponential(turn(_Z, np.zeros(3)), value[index])[..., :3, :3]
-        if segment.joint == "prismatic":
-            step, turned = tube_end(segment, value[index])
-            place, rotation = place + (rotation @ step[..., None])[..., 0], rotation @ turned
-        place = place + rotation[..., 2] * segment.length_m
-        found.append((place, rotation))
-    places, rotations = zip(*found, strict=True)
-    return np.stack(places, axis=-2), np.stack(rotations, axis=-3)
+            toward = (1.0, 0.0) if segment.bends_toward == "x" else (0.0, 1.0)
+        elif segment.joint == "prismatic":
+            toward = segment.tube_curvature_x_per_m, segment.tube_curvature_y_per_m
+        found.append((segment.length_m, *toward))
+    return found
 
 
 def chord_change(bend_rad: Array, length_m: Array) -> tuple[Array, Array]:
@@ -701,26 +688,6 @@ def four_dof_tool(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
     y = -(sp * straight + lengths.proximal_m * versine_p * pb)
     z = cp * straight + lengths.proximal_m * sine_p
     return np.stack([x, y, z], axis=-1), R
-
-
-def four_dof_tool_as_printed(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
-    """Return Eqs 6-7 of Nayar 2023 as printed; arguments and result as of `four_dof_tool`.
-
-    The third row of R is not of unit length, and p_y neither points where R does nor stays finite at
-    theta_pb = 0. For comparison only.
-    """
-    pb, db, advance, t = np.moveaxis(q, -1, 0)
-    cp, sp, cd, sd, ct, st = np.cos(pb), np.sin(pb), np.cos(db), np.sin(db), np.cos(t), np.sin(t)
-    position, R = four_dof_tool(lengths, q)
-    R, position = R.copy(), position.copy()
-    R[..., 2, 1] = ct * sp - sd * cp * st
-    end = lengths.end_m + advance
-    position[..., 1] = (
-        sp * (lengths.middle_m + cd * end)
-        + lengths.distal_m * sd * sp / db
-        - lengths.proximal_m * (1.0 + cp) / pb
-    )
-    return position, R
 
 
 def in_base_frame(position: Array, R: Array) -> tuple[Array, Array]:
@@ -992,9 +959,14 @@ def beyond(
     robot: CatheterRobot, inputs: Inputs, row: int, pair: int, segment: CatheterSegment, model: str
 ) -> InputError:
     """Return the error for a displacement to which no angle of the joint belongs."""
-    name = f"{drives(robot, inputs.actuation)[pair].column} = {inputs.tendon[row, pair] * 1e3:g}"
     reach = f"beyond the range of its joint, which ends at {math.degrees(largest_angle_rad(segment)):.4g} deg"
-    return InputError(f"{row_name(inputs, row)}: static model {model!r}: {name}: {reach}")
+    return InputError(f"{channel_at(robot, inputs, pair, model, row)}: {reach}")
+
+
+def channel_at(robot: CatheterRobot, inputs: Inputs, pair: int, model: str, row: int) -> str:
+    """Return what names a row, a model and the displacement of a pair in a message."""
+    channel = f"{drives(robot, inputs.actuation)[pair].column} = {inputs.tendon[row, pair] * 1e3:g}"
+    return f"{row_name(inputs, row)}: static model {model!r}: {channel}"
 
 
 def require_unloaded(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array, model: str) -> None:
@@ -1025,8 +997,9 @@ def run_of(
         tension_N: of each pair, shape (r, t) [N]; default: the elastic moment's.
         sunk_m: how far the base has sunk along -z, shape (r,) [m].
     """
-    q = joint_vector(robot, np.stack(values, axis=-1))
-    p_w, R_w = element_frames(robot, q)
+    drawn = np.stack(values, axis=-1)
+    q = joint_vector(robot, drawn)
+    p_w, R_w = (item[0] for item in batch_frames([robot], drawn[np.newaxis], range(len(elements(robot)))))
     p_w[..., 2] -= np.broadcast_to(sunk_m, len(p_w))[:, np.newaxis]
     if tension_N is None:
         tension_N = np.stack([elastic_tension_N(robot, k, value) for k, value in enumerate(values)], axis=-1)

@@ -5,22 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, least_squares, nnls
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.inputs import Inputs, row_name
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import plays
-from catheter_sim.robots.catheter.description import bent_by, drives, moved_segment
+from catheter_sim.robots.catheter.description import bent_by, moved_segment
 from catheter_sim.robots.catheter.kinematics import (
     angle_rad,
     arm_m,
     beyond,
+    channel_at,
     largest_angle_rad,
     pulled_m,
     pure_joint,
@@ -383,27 +384,14 @@ def bending_rad(
     return np.radians(np.where(displacement_m <= calibration.turn_m, first, second))
 
 
-def torsion_as_printed_rad(
-    segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration
-) -> Array:
-    """Return the torsion along displacements of 0 or more, shape (r,) [rad] (Eqs 26-28).
-
-    The first row counts as loading. At rest Eq. 28 gives s = 1/2, halfway between the branches; and a
-    turn below the upper plateau jumps from one branch to the other. `torsion_rad` does neither.
-    """
-    change = np.diff(displacement_m, prepend=displacement_m[0] - 1.0)
-    s = 0.5 * (np.sign(change) + 1.0)
-    return _branch(segment, displacement_m - calibration.width_m * s, calibration)
-
-
 def torsion_rad(segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration) -> Array:
     """Return the torsion along displacements of 0 or more, shape (r,) [rad]: Eq. 26 with a history.
 
     The angle keeps its value until one of Eq. 26's two branches pushes it: on loops that reach the
     upper plateau this is Eq. 26, and the rows' spacing does not matter. NaN where no angle exists.
     """
-    loading = _branch(segment, displacement_m - calibration.width_m, calibration)
-    unloading = _branch(segment, displacement_m, calibration)
+    loading = plateau_branch(segment, displacement_m - calibration.width_m, calibration)
+    unloading = plateau_branch(segment, displacement_m, calibration)
     angle = np.empty_like(displacement_m)
     now = loading[0]
     for row, (least, most) in enumerate(zip(loading, unloading, strict=True)):
@@ -418,7 +406,7 @@ def plateau_displacement_m(segment: CatheterSegment, calibration: TorsionCalibra
     return float(pulled_m(segment, span)) + calibration.width_m
 
 
-def _branch(segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration) -> Array:
+def plateau_branch(segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration) -> Array:
     pure = angle_rad(segment, np.maximum(displacement_m, 0.0))
     return np.minimum(pure, calibration.upper_rad - calibration.lower_rad) + calibration.lower_rad
 
@@ -592,21 +580,11 @@ def te(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         displacement = inputs.tendon[:, pair]
         drawn = np.stack([displacement, -displacement], axis=1)
         angle, tension[:, pair], left = bent_along(
-            joints[item.name], drawn, named_rows(inputs, pair, robot, MODEL)
+            joints[item.name], drawn, partial(channel_at, robot, inputs, pair, MODEL)
         )
         values.append(angle)
         residual = np.maximum(residual, left)
     return run_of(robot, inputs, gravity_mps2, MODEL, values, residual, tension)
-
-
-def named_rows(inputs: Inputs, pair: int, robot: CatheterRobot, model: str) -> Callable[[int], str]:
-    """Return what names a row and the displacement of a pair in it in a message."""
-
-    def where(row: int) -> str:
-        channel = f"{drives(robot, inputs.actuation)[pair].column} = {inputs.tendon[row, pair] * 1e3:g}"
-        return f"{row_name(inputs, row)}: static model {model!r}: {channel}"
-
-    return where
 
 
 def stretching_joints(robot: CatheterRobot) -> dict[str, StretchingJoint]:
@@ -711,22 +689,6 @@ def bent_along(
     return angle, tension, left
 
 
-def displacement_for_angles_m(joint: StretchingJoint, angle_rad: Array) -> Array:
-    """Return the displacements that bend a joint along `angle_rad`, from new tendons, shape (r,) [m]."""
-    sides = [Side(), Side()]
-    result = np.empty(len(angle_rad))
-    pulled = 0  # the side that bends, or bent last
-    for row, angle in enumerate(np.degrees(angle_rad)):
-        if angle != 0.0:
-            pulled = 0 if angle > 0.0 else 1
-        ways = []
-        for index, sign in enumerate((1.0, -1.0)):
-            sides[index], way = bent_to(joint, sides[index], max(sign * float(angle), 0.0))
-            ways.append(sign * way)
-        result[row] = ways[pulled]
-    return result
-
-
 def _unbalanced_Nm(joint: StretchingJoint, side: Side) -> float:
     """Return by how much the tension lies outside what the joint can hold, as a moment [N m]."""
     high, low = joint.on_N(side.angle_deg), joint.back_N(side.angle_deg, side.turn_deg)
@@ -798,7 +760,7 @@ def need(joint: StretchingJoint, angle_deg: float) -> Need:
 def preconditioned(
     joint: StretchingJoint, tension_N: float, cycles: int = 1, law: TendonLaw | None = None
 ) -> tuple[TendonState, float]:
-    """Return a tendon, of the joint's law or another, that was pulled to a tension and let go; its set [m]."""
+    """Return a tendon, of the joint's law or another, that was pulled to a tension; its set [m]."""
     law = law or joint.law
     state = TendonState()
     top = strain_at(law, state, tension_N)
@@ -917,10 +879,7 @@ def _modified(robot: CatheterRobot, inputs: Inputs, pair: int, model: str) -> Ar
     below = displacement < 0.0
     if below.any():
         row = int(np.argmax(below))
-        name = f"{drives(robot, inputs.actuation)[pair].column} = {displacement[row] * 1e3:g}"
-        raise InputError(
-            f"{row_name(inputs, row)}: static model {model!r}: {name}: calibrated for 0 or more only"
-        )
+        raise InputError(f"{channel_at(robot, inputs, pair, model, row)}: calibrated for 0 or more only")
     return _by_mk(robot, pair, displacement)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from catheter_sim.robots.catheter.kinematics import (
     arm_m,
     arriving_m,
     beyond,
+    channel_at,
     largest_angle_rad,
     pk,
     pulled_m,
@@ -39,7 +41,6 @@ from catheter_sim.robots.catheter.measured import (
     bent_along,
     hybrid,
     mk,
-    named_rows,
     pi,
     te,
 )
@@ -151,7 +152,7 @@ def _balanced(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> t
     displacement = inputs.tendon[:, pair]
     played = play(displacement[:, np.newaxis], item.play_m)[:, 0]
     drawn = np.stack([played, -played], axis=1) - item.slack_m
-    return bent_along(joint, drawn, named_rows(inputs, pair, robot, MODEL), path)
+    return bent_along(joint, drawn, partial(channel_at, robot, inputs, pair, MODEL), path)
 
 
 def _sprung(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> tuple[Array, Array, Array]:
