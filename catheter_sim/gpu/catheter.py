@@ -26,14 +26,15 @@ from catheter_sim.robots.catheter.laws import (
     JointResistance,
     JointResistances,
     PairControls,
+    PairTurns,
     StretchLaws,
     TorsionPairs,
     Tube,
     measured_joints,
-    pair_turns,
     stretching,
 )
 from catheter_sim.robots.catheter.laws import Tubes as OneTubes
+from catheter_sim.robots.catheter.measured import PRINTED
 from catheter_sim.robots.catheter.spec import CatheterRobot
 
 # ----------------------------------------------------------------------------------------------------
@@ -99,11 +100,11 @@ class DeviceStretching(DeviceLaw):
     def __init__(self, copies: DeviceCopies, laws: StretchLaws) -> None:
         """Prepare; the tendons must be new."""
         self._copies = copies
-        layout = laws.layout()
-        self._shape = layout.actuators.shape
-        law = [value for field in dataclasses.astuple(layout.law) for value in np.atleast_1d(field)]
-        self._fixed = [Law(*law), copies.whole(layout.actuators), copies.whole(layout.tendons)]
-        self._fixed += [copies.real(item) for item in (layout.rest, layout.length, layout.compliance)]
+        self._shape = laws.actuators.shape
+        law = [value for field in dataclasses.astuple(PRINTED) for value in np.atleast_1d(field)]
+        lengths, compliances = zip(*((item.length, item.compliance) for item in laws.tendons), strict=True)
+        self._fixed = [Law(*law), copies.whole(laws.actuators), copies.whole(laws.numbers)]
+        self._fixed += [copies.real(item) for item in (laws.rest, lengths, compliances)]
         self._states = copies.room(*self._shape, dtype=State)
         self._actuators = [copies.own("actuator_gainprm"), copies.own("actuator_biasprm")]
         self._home = [copies.wp.clone(item) for item in self._actuators]
@@ -163,7 +164,7 @@ def laws(
 
 def turns(robot: CatheterRobot, place: RobotInModel, copies: DeviceCopies, ends: Any) -> TurnsKernel:
     """Return what finds the turns of the bending joints' tendons."""
-    own = pair_turns(robot, place)
+    own = PairTurns(robot, place)
     pairs = len(own.gaps)
     gaps = np.zeros((pairs, max(len(each) for each in own.gaps)))
     passes = np.zeros((pairs, pairs))

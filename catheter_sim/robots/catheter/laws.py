@@ -292,7 +292,7 @@ class PairTurns:
         before: of each pair, the pairs whose joints it passes.
     """
 
-    def __init__(self, robot: CatheterRobot, place: RobotInModel, spans: int) -> None:
+    def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
         self.path_rad, self._name = robot.path_rad, robot.name
         self.gaps = []
         for segment in bent_by(robot).values():
@@ -300,7 +300,7 @@ class PairTurns:
             self.gaps.append(np.array([place.joint(name).qposadr[0] for name in names]))
         order = [robot.segments.index(segment) for segment in bent_by(robot).values()]
         self.before = [[other for other, k in enumerate(order) if k < own] for own in order]
-        self._turn = np.zeros((2 * len(order), spans))
+        self._turn = np.zeros((2 * len(order), max(len(gaps) for gaps in self.gaps)))
 
     def __call__(self, data: mujoco.MjData, ends: np.ndarray | None = None) -> Array:
         """Return the turn before each span, shape (2 pairs, n) [rad], in a reused array."""
@@ -321,19 +321,10 @@ class PairTurns:
         raise InputError(f"{self._name}: friction of a catheter's pairs: not for many copies at once")
 
 
-def span_ends(robot: CatheterRobot) -> np.ndarray:
-    """Return the number of spans of each tendon: the pairs', then their antagonists', shape (t,)."""
-    return np.array(2 * [segment.rings + 1 for segment in bent_by(robot).values()])
-
-
-def pair_turns(robot: CatheterRobot, place: RobotInModel) -> PairTurns:
-    """Return the turns of the bending joints' tendons."""
-    return PairTurns(robot, place, int(span_ends(robot).max()))
-
-
-def paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
+def tendon_paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
     """Return where the bending joints' tendons rub, in the order of the actuators that pull them."""
-    bent, ends = bent_by(robot), span_ends(robot)
+    bent = bent_by(robot)
+    ends = np.array(2 * [segment.rings + 1 for segment in bent.values()])
     return TendonPaths(
         names=[f"{place.prefix}tendon_{pair}_{sign}" for sign in ("pos", "neg") for pair in bent],
         spans=int(ends.max()),
@@ -343,7 +334,7 @@ def paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
             for segment in bent.values()
             for gap in range(1, segment.rings + 2)
         },
-        turns=pair_turns(robot, place),
+        turns=PairTurns(robot, place),
     )
 
 
@@ -371,7 +362,6 @@ class JointResistance:
     def __init__(self, segment: CatheterSegment, place: RobotInModel) -> None:
         """Start unbent."""
         self._law: JointForce = LAWS[segment.resistance]
-        self._segment = segment
         self._gaps = segment.rings + 1
         joints = [place.joint(f"{segment.name}_{gap}") for gap in range(1, self._gaps + 1)]
         self._ids = np.array([joint.id for joint in joints])
@@ -381,7 +371,8 @@ class JointResistance:
         # per radian of one gap: its moment is the joint's, its angle a share of the joint's bend
         self._scale = np.degrees(1.0) * self._law.loading[1] * segment.arm_m * self._gaps
         law = self._law
-        self._numbers = tuple(np.array(item) for item in (law.loading, law.bounds_deg, law.c_1, law.c_2))
+        arms = segment.arm_m, segment.half_gap_m
+        self._numbers = [np.array(item) for item in (arms, law.loading, law.bounds_deg, law.c_1, law.c_2)]
         self._own = model.jnt_stiffness[self._ids].copy(), model.qpos_spring[self._qpos].copy()
         self.reset()
 
@@ -398,8 +389,7 @@ class JointResistance:
         Places in MuJoCo: joints, positions, degrees of freedom. Numbers: gaps of the joint, moment per radian
         [N m/rad], arm and half gap, (n, 2) [m], and of Algorithm 2 `loading`, `bounds_deg`, `c_1` and `c_2`.
         """
-        arms = np.array([self._segment.arm_m, self._segment.half_gap_m])
-        numbers = np.array(float(self._gaps)), np.array(self._scale), arms, *self._numbers
+        numbers = np.array(float(self._gaps)), np.array(self._scale), *self._numbers
         rows = [np.repeat(item[np.newaxis], self._gaps, axis=0) for item in numbers]
         return [self._ids, self._qpos, self._dofs], rows
 
@@ -432,23 +422,8 @@ class JointResistance:
 
     def _bounds(self, angle: Array) -> tuple[Array, Array]:
         """Return the moments at which the gaps slip back and on, with the angle's sign, each (n,) [N m]."""
-        segment = self._segment
-        loading, bounds_deg, c_1, c_2 = self._numbers
         low, high = np.empty(self._gaps), np.empty(self._gaps)
-        least = LEAST_RATIO * self._scale
-        _slipping(
-            angle,
-            self._turn,
-            segment.arm_m,
-            segment.half_gap_m,
-            least,
-            loading,
-            bounds_deg,
-            c_1,
-            c_2,
-            low,
-            high,
-        )
+        _slipping(angle, self._turn, LEAST_RATIO * self._scale, *self._numbers, low, high)
         return low, high
 
 
@@ -456,9 +431,8 @@ class JointResistance:
 def _slipping(
     angle: Array,
     turn_deg: Array,
-    arm_m: float,
-    half_gap_m: float,
     least: float,
+    arms: Array,
     loading: Array,
     bounds_deg: Array,
     c_1: Array,
@@ -475,7 +449,7 @@ def _slipping(
     for k in range(gaps):
         size = abs(angle[k])
         bend, half = math.degrees(size) * gaps, 0.5 * size
-        arm = arm_m * math.cos(half) + half_gap_m * math.sin(half)
+        arm = arms[0] * math.cos(half) + arms[1] * math.sin(half)
         tension = loading[0] + bend * (loading[1] + bend * (loading[2] + bend * loading[3]))
         tension = max(tension, 0.0)
         turn = turn_deg[0 if angle[k] >= 0.0 else 1, k]
@@ -586,61 +560,44 @@ class StretchingTendon:
         return float(brentq(excess, 0.0, min(stretch_m / self.length, LARGEST_STRAIN), xtol=1e-14))
 
 
-@dataclass(frozen=True)
-class StretchArrays:
-    """The k stretching tendons of a model as plain arrays, for where they run elsewhere."""
-
-    actuators: np.ndarray
-    tendons: np.ndarray
-    rest: Array
-    length: Array
-    compliance: Array
-    law: TendonLaw
-
-
 class StretchLaws(Law):
-    """The stretching tendons of a model, in the order of the actuators that pull them."""
+    """The stretching tendons of a model, in the order of the actuators that pull them.
+
+    Attributes:
+        actuators, numbers: of each in MuJoCo, shape (k,).
+        rest: unstretched lengths, shape (k,) [m].
+        tendons: each with its history.
+    """
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel, controls: PairControls) -> None:
         """Find the pairs whose tendons follow the law among the bending joints' that `controls` knows."""
         model, actuators, pairs = place.model, controls.pulls, controls.pulling_pair
         chosen = [index for index, pair in enumerate(pairs) if stretches(robot.tendons[pair])]
         self._places = np.array(chosen, dtype=int)
-        self._actuators = actuators[self._places]
+        self.actuators = actuators[self._places]
         items = [robot.tendons[int(pairs[index])] for index in chosen]
-        self._tendons = [StretchingTendon(item.length_m, item.stiffness_N_per_m, PRINTED) for item in items]
-        self._ids = model.actuator_trnid[self._actuators, 0]
-        self._rest = model.tendon_lengthspring[self._ids, 0] + np.array([item.slack_m for item in items])
+        self.tendons = [StretchingTendon(item.length_m, item.stiffness_N_per_m, PRINTED) for item in items]
+        self.numbers = model.actuator_trnid[self.actuators, 0]
+        self.rest = model.tendon_lengthspring[self.numbers, 0] + np.array([item.slack_m for item in items])
         self._model = model
         self._own = (
-            model.actuator_gainprm[self._actuators].copy(),
-            model.actuator_biasprm[self._actuators].copy(),
-        )
-
-    def layout(self) -> StretchArrays:
-        """Return the tendons as plain arrays."""
-        return StretchArrays(
-            actuators=self._actuators,
-            tendons=self._ids,
-            rest=self._rest,
-            length=np.array([tendon.length for tendon in self._tendons]),
-            compliance=np.array([tendon.compliance for tendon in self._tendons]),
-            law=PRINTED,
+            model.actuator_gainprm[self.actuators].copy(),
+            model.actuator_biasprm[self.actuators].copy(),
         )
 
     def reset(self) -> None:
         """Return to new tendons."""
         gain, bias = self._model.actuator_gainprm, self._model.actuator_biasprm
-        gain[self._actuators], bias[self._actuators] = self._own
-        for tendon in self._tendons:
+        gain[self.actuators], bias[self.actuators] = self._own
+        for tendon in self.tendons:
             tendon.reset()
 
     def actuate(self, step: Step) -> None:
         """Make the actuators the tangents of the law at the present lengths and controls."""
         data, pulls = step.data, step.pulls
-        stretch = data.ctrl[self._actuators] + data.ten_length[self._ids] - self._rest
+        stretch = data.ctrl[self.actuators] + data.ten_length[self.numbers] - self.rest
         for place, actuator, tendon, own in zip(
-            self._places, self._actuators, self._tendons, stretch, strict=True
+            self._places, self.actuators, self.tendons, stretch, strict=True
         ):
             found = tendon.at(float(own))
             slope = found.stiffness_N_per_m
@@ -825,11 +782,6 @@ def laws(robot: CatheterRobot, place: RobotInModel) -> tuple[Law, ...]:
     if stretching(robot):
         result.append(StretchLaws(robot, place, PairControls(robot, place)))
     return tuple(result)
-
-
-def tendon_paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
-    """Return where the bending joints' tendons rub."""
-    return paths(robot, place)
 
 
 def sliding_joints(robot: CatheterRobot) -> list[str]:
