@@ -126,9 +126,30 @@ class House:
         return {name: count for name, count in sorted(names.items()) if count > 1}
 
     @property
+    def public_constructors(self) -> set[int]:
+        """Return the constructors, by `id`, of the classes in the package's `__all__`: none is private."""
+        top = self.files.get(PACKAGE)
+        listed = [node for node in top.tree.body if isinstance(node, ast.Assign)] if top else []
+        names = {
+            item.value
+            for node in listed
+            if any(isinstance(target, ast.Name) and target.id == "__all__" for target in node.targets)
+            for item in ast.walk(node.value)
+            if isinstance(item, ast.Constant)
+        }
+        return {
+            id(item)
+            for file in self.files.values()
+            for node in ast.walk(file.tree)
+            if isinstance(node, ast.ClassDef) and node.name in names
+            for item in node.body
+            if isinstance(item, Function) and item.name == "__init__"
+        }
+
+    @property
     def long_signatures(self) -> tuple[list[str], list[str]]:
         """Return private functions and kernels that take too many arguments."""
-        private, kernels = [], []
+        private, kernels, public = [], [], self.public_constructors
         for file in self.files.values():
             for node in ast.walk(file.tree):
                 if not isinstance(node, Function):
@@ -139,6 +160,8 @@ class House:
                 if any(word in written for word in ("compiled", "njit", "wp.", "inlined")):
                     if count > MOST_KERNEL_ARGUMENTS:
                         kernels.append(f"{file.name}.{node.name}: {count}")
+                elif id(node) in public:
+                    continue
                 elif node.name.startswith("_") and count > MOST_PRIVATE_ARGUMENTS:
                     private.append(f"{file.name}.{node.name}: {count}")
         return private, kernels

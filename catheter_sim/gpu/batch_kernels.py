@@ -77,7 +77,7 @@ _LEAST_RESPONSE = wp.constant(wp.float64(LEAST_RESPONSE))
 
 
 @wp.struct
-class Tendons:
+class TendonsOnDevice:
     """As `mechanics.capstan.Tendons`, without `lines`."""
 
     ends: wp.array(dtype=int)
@@ -88,7 +88,7 @@ class Tendons:
 
 
 @wp.struct
-class Room:
+class RoomOnDevice:
     """Workspace of m copies."""
 
     factor: wp.array3d(dtype=wp.float64)  # (m, t, n), as the next
@@ -104,7 +104,7 @@ class Room:
 
 
 @wp.struct
-class Motion:
+class MotionOnDevice:
     """MuJoCo Warp's slopes of tendons, velocities and generalised forces of all copies."""
 
     ten_J: wp.array2d(dtype=float)
@@ -122,7 +122,7 @@ def _span_tensions(
     entering: wp.float64,
     drive: wp.float64,
     drawn: wp.float64,
-    room: Room,
+    room: RoomOnDevice,
     tension: wp.array3d(dtype=wp.float64),
 ):
     """Update one tendon's tensions and return the actuator's, as `mechanics.capstan.span_tensions` does."""
@@ -195,8 +195,8 @@ def _span_tensions(
 @wp.func
 def _couple_driven(
     world: int,
-    tendons: Tendons,
-    room: Room,
+    tendons: TendonsOnDevice,
+    room: RoomOnDevice,
     drive: wp.array2d(dtype=wp.float64),
     yielding: wp.array2d(dtype=wp.float64),
     ten_J: wp.array2d(dtype=float),
@@ -237,8 +237,8 @@ def _couple_driven(
 @wp.func
 def _raise_together(
     world: int,
-    tendons: Tendons,
-    room: Room,
+    tendons: TendonsOnDevice,
+    room: RoomOnDevice,
     entering: wp.array2d(dtype=wp.float64),
     drive: wp.array2d(dtype=wp.float64),
     yielding: wp.array2d(dtype=wp.float64),
@@ -361,9 +361,9 @@ def solve_tensions(
     mu: wp.float64,
     sweeps: int,
     tolerance: wp.float64,
-    tendons: Tendons,
-    room: Room,
-    motion: Motion,
+    tendons: TendonsOnDevice,
+    room: RoomOnDevice,
+    motion: MotionOnDevice,
     entering: wp.array2d(dtype=wp.float64),
     drive: wp.array2d(dtype=wp.float64),
     turn: wp.array3d(dtype=wp.float64),

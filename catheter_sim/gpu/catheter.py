@@ -10,10 +10,10 @@ import numpy as np
 
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.gpu.catheter_kernels import (
-    Gaps,
+    GapsOnDevice,
     Law,
     State,
-    Tubes,
+    TubesOnDevice,
     pair_turns_of_copies,
     turn_pairs,
     update_resistance,
@@ -74,7 +74,7 @@ class Resistance(DeviceLaw):
         gaps = len(places[0])
         self._shape = (gaps,)
         arrays = [copies.whole(item) for item in places] + [copies.real(item) for item in numbers]
-        self._gaps = copies.filled(Gaps, *arrays)
+        self._gaps = copies.filled(GapsOnDevice, *arrays)
         self._history = [copies.room(gaps), copies.room(gaps), copies.room(2, gaps)]
         self._springs = [copies.own("jnt_stiffness"), copies.own("qpos_spring")]
         self._home = [copies.wp.clone(item) for item in self._springs]
@@ -129,7 +129,9 @@ class DeviceTubes(DeviceLaw):
         self._copies, self._shape = copies, (len(tubes),)
         layouts = [tube.layout() for tube in tubes]
         places, *numbers = (np.array(column) for column in zip(*layouts, strict=True))
-        self._tubes = copies.filled(Tubes, copies.whole(places), *(copies.real(item) for item in numbers))
+        self._tubes = copies.filled(
+            TubesOnDevice, copies.whole(places), *(copies.real(item) for item in numbers)
+        )
         fields = "tendon_stiffness", "tendon_lengthspring", "qpos_spring"
         self._springs = [copies.own(name) for name in fields]
         self._springs += [copies.own("actuator_gainprm"), copies.own("actuator_biasprm")]

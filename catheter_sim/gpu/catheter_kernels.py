@@ -68,7 +68,7 @@ _ONE = wp.constant(wp.float64(1.0))
 
 
 @wp.struct
-class Gaps:
+class GapsOnDevice:
     """The gaps of joints that resist as measured, g of them."""
 
     joint_index: wp.array(dtype=int)  # in MuJoCo, as the next two
@@ -84,7 +84,7 @@ class Gaps:
 
 
 @wp.func
-def _slipping(gap: Gaps, k: int, angle: wp.float64, turn: wp.float64, least: wp.float64) -> wp.vec2d:
+def _slipping(gap: GapsOnDevice, k: int, angle: wp.float64, turn: wp.float64, least: wp.float64) -> wp.vec2d:
     """Return the moments at which a gap slips back and on, with the angle's sign [N m]."""
     size = wp.abs(angle)
     bend = size * _DEGREES * gap.gaps[k]
@@ -112,7 +112,7 @@ def _slipping(gap: Gaps, k: int, angle: wp.float64, turn: wp.float64, least: wp.
 
 @wp.kernel(enable_backward=False)
 def update_resistance(
-    gap: Gaps,
+    gap: GapsOnDevice,
     qpos: wp.array2d(dtype=float),
     actuated: wp.array2d(dtype=float),
     applied: wp.array2d(dtype=float),
@@ -537,7 +537,7 @@ def _set(
 
 
 @wp.struct
-class Tubes:
+class TubesOnDevice:
     """As `robots.catheter.laws.TubeArrays`, of k tubes."""
 
     places: wp.array2d(dtype=int)
@@ -549,7 +549,7 @@ class Tubes:
 
 @wp.kernel(enable_backward=False)
 def update_tubes(
-    tube: Tubes,
+    tube: TubesOnDevice,
     qpos: wp.array2d(dtype=float),
     smooth: wp.array2d(dtype=float),
     passive: wp.array2d(dtype=float),

@@ -11,9 +11,9 @@ import numpy as np
 from catheter_sim.core.law import Pulls
 from catheter_sim.errors import InputError
 from catheter_sim.gpu.batch_kernels import (
-    Motion,
-    Room,
-    Tendons,
+    MotionOnDevice,
+    RoomOnDevice,
+    TendonsOnDevice,
     given,
     know_joints,
     slacken,
@@ -107,9 +107,9 @@ class DeviceFriction(DeviceLaw):
             wp.float64(law.mu),
             SWEEPS,
             wp.float64(SWEEP_TOLERANCE),
-            copies.filled(Tendons, self.ends, *(copies.whole(item) for item in places)),
-            copies.filled(Room, *(copies.room(*size) for size in sizes)),
-            copies.filled(Motion, data.ten_J, data.qvel, *forces),
+            copies.filled(TendonsOnDevice, self.ends, *(copies.whole(item) for item in places)),
+            copies.filled(RoomOnDevice, *(copies.room(*size) for size in sizes)),
+            copies.filled(MotionOnDevice, data.ten_J, data.qvel, *forces),
         ]
         timestep = wp.float64(model.opt.timestep)
         self._joints = [timestep, copies.whole(model.jnt_dofadr)]

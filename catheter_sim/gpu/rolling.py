@@ -6,7 +6,14 @@ from typing import Any
 
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, DevicePulls, TurnsKernel
-from catheter_sim.gpu.rolling_kernels import Links, compress, place, pull_evenly, resist, turns_of_copies
+from catheter_sim.gpu.rolling_kernels import (
+    LinksOnDevice,
+    compress,
+    place,
+    pull_evenly,
+    resist,
+    turns_of_copies,
+)
 from catheter_sim.robots.rolling.laws import RodElasticity, RodTurns
 from catheter_sim.robots.rolling.laws import Rolling as OneRolling
 from catheter_sim.robots.rolling.spec import RollingRobot
@@ -47,7 +54,7 @@ class DeviceRolling(DeviceLaw):
             stiff = copies.real(layout.length), copies.real(layout.compliance)
             tops = copies.whole(layout.top_link), copies.real(layout.top_depth), copies.whole(layout.top_site)
             self._compressed = copies.filled(
-                Links, copies.whole(layout.ends), self._body_index, *stiff, *tops
+                LinksOnDevice, copies.whole(layout.ends), self._body_index, *stiff, *tops
             )
             self._sites = copies.own("site_pos")
             self._home = copies.wp.clone(self._sites)

@@ -136,7 +136,7 @@ def turns_of_copies(
 
 
 @wp.struct
-class Links:
+class LinksOnDevice:
     """As the arguments of `robots.rolling.laws.compress` and `place_tops` that do not change."""
 
     ends: wp.array(dtype=int)
@@ -150,7 +150,7 @@ class Links:
 
 @wp.kernel(enable_backward=False)
 def compress(
-    link: Links,
+    link: LinksOnDevice,
     tension: wp.array3d(dtype=wp.float64),
     gravity: wp.array(dtype=wp.vec3),
     body_mass: wp.array2d(dtype=float),

@@ -735,7 +735,7 @@ def solve_tensions(
                 applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
 
 
-class Motion(NamedTuple):
+class MotionOfCopies(NamedTuple):
     """`velocity`, `passive`, `bias` and `constraint` as of `solve_tensions`, of m robots, shape (m, nv)."""
 
     velocity: Array
@@ -754,7 +754,7 @@ def solve_tensions_of_copies(
     ten_J: Array,
     entering: Array,
     turn: Array,
-    motion: Motion,
+    motion: MotionOfCopies,
     applied: Array,
 ) -> None:
     """`solve_tensions` of those of m alike robots that `copies` picks; `block`, `counts`, `places` of all.

@@ -10,7 +10,7 @@ from catheter_sim.arrays import Array, Index
 from catheter_sim.core.law import Law, Step, TendonPaths
 from catheter_sim.mechanics.capstan import (
     NUMBERS,
-    Motion,
+    MotionOfCopies,
     Tendons,
     busy_spans,
     new_block,
@@ -196,7 +196,7 @@ class CapstanCopies(CapstanFriction):
         self._turn = np.zeros((batch.nsim, len(paths.names), self.spans))
         self._histories = np.zeros((batch.nsim, *self._history.shape))
         names = "qvel", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
-        self._motion = Motion(*(batch.bind(name) for name in names))
+        self._motion = MotionOfCopies(*(batch.bind(name) for name in names))
         self._qpos, self._sites = batch.bind("qpos"), batch.bind("site_xpos")
         self._ten_J = batch.bind("ten_J") if ten_J is None else ten_J
 

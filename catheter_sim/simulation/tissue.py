@@ -20,7 +20,7 @@ SAME = 0.99  # cosine: two contacts with normals nearer to each other than 8 deg
 NOTHING = 1e-12  # in place of D: a contact that presses with nothing
 
 
-class Contacts(NamedTuple):
+class ContactArrays(NamedTuple):
     """MuJoCo's n contacts: rows (-1: none), geoms (n, 2), distance (below zero: overlap) [m], frames."""
 
     efc_address: NDArray[np.int32]
@@ -44,7 +44,7 @@ class Geoms(NamedTuple):
     stiffness: Array
 
 
-class Rows(NamedTuple):
+class ConstraintRows(NamedTuple):
     """MuJoCo's rows of constraints: speed from each other [m/s], D, R, a_ref; the last three are written."""
 
     velocity: Array
@@ -55,7 +55,12 @@ class Rows(NamedTuple):
 
 @compiled
 def press(
-    contacts: Contacts, geoms: Geoms, rows: Rows, timestep: float, pressing: Index, pressed: Index
+    contacts: ContactArrays,
+    geoms: Geoms,
+    rows: ConstraintRows,
+    timestep: float,
+    pressing: Index,
+    pressed: Index,
 ) -> int:
     """Rewrite the contacts' rows; return how many press.
 
@@ -182,8 +187,8 @@ class Tissue:
         """Make springs of the contacts; return the rows that press, and the regions that they press on."""
         contact = data.contact
         pressing, pressed = np.zeros((2, data.ncon), dtype=np.int64)
-        contacts = Contacts(contact.efc_address, contact.geom, contact.dist, contact.frame)
-        rows = Rows(data.efc_vel, data.efc_D, data.efc_R, data.efc_aref)
+        contacts = ContactArrays(contact.efc_address, contact.geom, contact.dist, contact.frame)
+        rows = ConstraintRows(data.efc_vel, data.efc_D, data.efc_R, data.efc_aref)
         count = press(contacts, self._geoms, rows, float(self._model.opt.timestep), pressing, pressed)
         return pressing[:count], pressed[:count]
 
