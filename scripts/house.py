@@ -4,7 +4,9 @@
     python scripts/house.py ../old     # of another one
 
 Walks follow calls by their names, from a public function through every function of the package that it may
-call, each once, in the order of the calls. A return is a step into a folder that the walk had left.
+call, each once, in the order of the calls. A return is a step into a folder that the walk had left. A path
+to a call holds the functions of such a walk that lead to it; methods are found by the classes of what they
+are called on, where assignments and annotations tell these.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from pathlib import Path
 
 PACKAGE = "catheter_sim"
 MOST_PRIVATE_ARGUMENTS, MOST_KERNEL_ARGUMENTS = 9, 12
+STEPS = frozenset({"mj_step", "mj_step1", "mj_step2"})
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -126,30 +129,9 @@ class House:
         return {name: count for name, count in sorted(names.items()) if count > 1}
 
     @property
-    def public_constructors(self) -> set[int]:
-        """Return the constructors, by `id`, of the classes in the package's `__all__`: none is private."""
-        top = self.files.get(PACKAGE)
-        listed = [node for node in top.tree.body if isinstance(node, ast.Assign)] if top else []
-        names = {
-            item.value
-            for node in listed
-            if any(isinstance(target, ast.Name) and target.id == "__all__" for target in node.targets)
-            for item in ast.walk(node.value)
-            if isinstance(item, ast.Constant)
-        }
-        return {
-            id(item)
-            for file in self.files.values()
-            for node in ast.walk(file.tree)
-            if isinstance(node, ast.ClassDef) and node.name in names
-            for item in node.body
-            if isinstance(item, Function) and item.name == "__init__"
-        }
-
-    @property
     def long_signatures(self) -> tuple[list[str], list[str]]:
         """Return private functions and kernels that take too many arguments."""
-        private, kernels, public = [], [], self.public_constructors
+        private, kernels = [], []
         for file in self.files.values():
             for node in ast.walk(file.tree):
                 if not isinstance(node, Function):
@@ -160,9 +142,7 @@ class House:
                 if any(word in written for word in ("compiled", "njit", "wp.", "inlined")):
                     if count > MOST_KERNEL_ARGUMENTS:
                         kernels.append(f"{file.name}.{node.name}: {count}")
-                elif id(node) in public:
-                    continue
-                elif node.name.startswith("_") and count > MOST_PRIVATE_ARGUMENTS:
+                elif node.name.startswith("_") and node.name != "__init__" and count > MOST_PRIVATE_ARGUMENTS:
                     private.append(f"{file.name}.{node.name}: {count}")
         return private, kernels
 
@@ -185,10 +165,10 @@ class House:
         found |= {f".{name}": items[0] for name, items in methods.items() if len(items) == 1}
         return found
 
-    def names_in(self, file: File, function: Function) -> Mapping[str, str]:
-        """Return what names mean in a function: those that its file and itself import."""
+    def names_in(self, file: File, inside: ast.AST) -> Mapping[str, str]:
+        """Return what names mean in a function or a class: those that its file and itself import."""
         names: dict[str, str] = {}
-        for node in (*ast.walk(function), *file.tree.body):
+        for node in (*ast.walk(inside), *file.tree.body):
             if isinstance(node, ast.ImportFrom) and node.module:
                 names |= {item.asname or item.name: f"{node.module}.{item.name}" for item in node.names}
         return names
@@ -207,6 +187,110 @@ class House:
                 wanted = f".{node.attr}" if id(node) in called else ""
             if wanted in self.functions:
                 yield self.functions[wanted]
+
+    @cached_property
+    def classes(self) -> Mapping[str, tuple[File, ast.ClassDef]]:
+        """Return classes by module and name."""
+        return {
+            f"{file.name}.{node.name}": (file, node)
+            for file in self.files.values()
+            for node in file.tree.body
+            if isinstance(node, ast.ClassDef)
+        }
+
+    @cached_property
+    def owners(self) -> Mapping[int, str]:
+        """Return the class of each method, by the method's node."""
+        return {id(item): name for name, (_, node) in self.classes.items() for item in node.body}
+
+    def method(self, owner: str, name: str) -> tuple[File, Function] | None:
+        """Return a method of a class or of what it inherits from."""
+        if f"{owner}.{name}" in self.functions:
+            return self.functions[f"{owner}.{name}"]
+        if owner not in self.classes:
+            return None
+        file, node = self.classes[owner]
+        names = self.names_in(file, node)
+        inherited = (self.method(self.class_meant(file, base, names), name) for base in node.bases)
+        return next((item for item in inherited if item is not None), None)
+
+    def class_meant(self, file: File, written: ast.expr | None, names: Mapping[str, str]) -> str:
+        """Return the package's class that an annotation or a base names; "": none."""
+        while isinstance(written, ast.Subscript | ast.BinOp):
+            written = written.value if isinstance(written, ast.Subscript) else written.left
+        if not isinstance(written, ast.Name):
+            return ""
+        meant = names.get(written.id, f"{file.name}.{written.id}")
+        return meant if meant in self.classes else ""
+
+    def calls_of_methods(self, file: File, function: Function) -> Iterator[tuple[File, Function]]:
+        """Yield the methods that a function uses, by the classes of its arguments and variables."""
+        names, taken = self.names_in(file, function), function.args
+        classes = {
+            item.arg: self.class_meant(file, item.annotation, names)
+            for item in (*taken.posonlyargs, *taken.args, *taken.kwonlyargs)
+        }
+        classes["self"] = self.owners.get(id(function), "")
+
+        def class_of(value: ast.expr) -> str:
+            if isinstance(value, ast.Name):
+                return classes.get(value.id, "")
+            if not isinstance(value, ast.Call):
+                return ""
+            asked = value.func
+            if isinstance(asked, ast.Name):
+                meant = names.get(asked.id, f"{file.name}.{asked.id}")
+                called = None if meant in self.classes else self.functions.get(meant)
+                if called is None:
+                    return meant if meant in self.classes else ""
+            elif isinstance(asked, ast.Attribute):
+                called = self.method(class_of(asked.value), asked.attr)
+            else:
+                called = None
+            return (
+                ""
+                if called is None
+                else self.class_meant(called[0], called[1].returns, self.names_in(*called))
+            )
+
+        for node in ast.walk(function):
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                classes[node.targets[0].id] = class_of(node.value)
+            elif isinstance(node, ast.withitem) and isinstance(node.optional_vars, ast.Name):
+                classes[node.optional_vars.id] = class_of(node.context_expr)
+        for node in ast.walk(function):
+            if isinstance(node, ast.Attribute):
+                found = self.method(class_of(node.value), node.attr)
+                if found is not None:
+                    yield found
+
+    def path(self, start: str, ends: frozenset[str]) -> list[tuple[File, Function]]:
+        """Return the functions on a way of calls from one to where an attribute of such a name is used."""
+        found: dict[int, tuple[File, Function]] = {}
+        callers: dict[int, list[int]] = {}
+        waiting = [self.functions[start]]
+        while waiting:
+            file, function = waiting.pop()
+            if id(function) in found:
+                continue
+            found[id(function)] = (file, function)
+            for called in (*self.calls(file, function), *self.calls_of_methods(file, function)):
+                callers.setdefault(id(called[1]), []).append(id(function))
+                waiting.append(called)
+        leading = {
+            key
+            for key, (_, function) in found.items()
+            if any(isinstance(node, ast.Attribute) and node.attr in ends for node in ast.walk(function))
+        }
+        newest = list(leading)
+        while newest:
+            newest = [
+                key
+                for key in dict.fromkeys(itertools.chain(*(callers.get(key, ()) for key in newest)))
+                if key not in leading
+            ]
+            leading.update(newest)
+        return [item for key, item in found.items() if key in leading]
 
     def walk(self, start: str) -> list[tuple[File, Function]]:
         """Return the functions that a function may call, itself first, each once, in the order of calls."""
@@ -266,6 +350,11 @@ def main() -> int:
             f"walk from {start}: {len(walk)} functions in {len(files)} files and {len(folders)} folders, "
             f"{returns(walk)} returns"
         )
+    path = house.path(f"{PACKAGE}.public.runs.simulate", STEPS)
+    print(
+        f"path from public.runs.simulate to mj_step: {len(path)} functions in "
+        f"{len({file.name for file, _ in path})} files"
+    )
     return 0
 
 

@@ -71,10 +71,34 @@ def test_a_walk_counts_each_function_once_and_every_return(tmp_path: Path) -> No
     assert house.returns(walk) == 2
 
 
+def test_few_files_lie_between_simulate_and_a_step_of_the_engine(package) -> None:
+    """A reader who wants to know how a row of inputs becomes a step opens at most twelve files."""
+    path = package.path("catheter_sim.public.runs.simulate", house.STEPS)
+    files = {file.name for file, _ in path}
+    assert {"catheter_sim.public.runs", "catheter_sim.simulation.simulator"} <= files
+    assert len(files) <= 12
+
+
+def test_a_path_follows_methods_by_their_classes_and_leaves_out_what_leads_nowhere(tmp_path: Path) -> None:
+    """Two classes have a `go`; only the one whose object is made here steps the engine."""
+    found = made(
+        tmp_path,
+        a="from catheter_sim.b import Runner, made\ndef start():\n    made().go()\n    aside()\n"
+        "def aside(): ...\n",
+        b="import mujoco\nclass Base:\n    def go(self):\n        self._one()\n    def _one(self):\n"
+        "        mujoco.mj_step(1, 2)\nclass Runner(Base): ...\nclass Other:\n    def go(self): ...\n"
+        "def made() -> Runner: ...\n",
+    )
+    path = found.path("catheter_sim.a.start", house.STEPS)
+    assert [function.name for _, function in path] == ["start", "go", "_one"]
+
+
 def test_long_signatures_are_counted(tmp_path: Path) -> None:
-    """A private function of ten arguments, and a kernel of thirteen."""
+    """A private function of ten arguments, and a kernel of thirteen, but no class."""
     ten, thirteen = (", ".join(f"a{k}" for k in range(count)) for count in (10, 13))
     found = made(
-        tmp_path, a=f"def _long({ten}): ...\n@compiled\ndef kernel({thirteen}): ...\ndef wide({ten}): ...\n"
+        tmp_path,
+        a=f"def _long({ten}): ...\n@compiled\ndef kernel({thirteen}): ...\ndef wide({ten}): ...\n"
+        f"class Open:\n    def __init__({ten}): ...\n",
     )
     assert found.long_signatures == (["catheter_sim.a._long: 10"], ["catheter_sim.a.kernel: 13"])
