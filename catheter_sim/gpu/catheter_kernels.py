@@ -1,20 +1,21 @@
-"""A catheter's laws as Warp kernels, one thread for each copy and gap, tendon, pair or tube."""
+"""A catheter's laws as Warp kernels, one thread for each copy and gap, tendon, pair or tube.
 
-# mypy: disable-error-code="valid-type"
-# Warp states the type of an array by a call.
+The same as `catheter_sim.robots.catheter.laws`, `.measured` and `.kinematics`, in double precision; what
+MuJoCo Warp hands over and takes is single.
+"""
+
+# mypy: disable-error-code="valid-type, index"
+# Warp states the type of an array, or of a vector of so many numbers, by a call.
 
 import math
 
 import warp as wp
 
 from catheter_sim.gpu.device_types import vec10
-from catheter_sim.robots.catheter import kinematics, measured
-from catheter_sim.robots.catheter import laws as catheter_stretch
-from catheter_sim.robots.catheter import laws as catheter_tube
-from catheter_sim.robots.catheter import laws as law
+from catheter_sim.robots.catheter import kinematics, laws, measured
 
 # ----------------------------------------------------------------------------------------------------
-# By how much the tendons of all copies' bending joints turn, as a Warp kernel, in double precision.
+# By how much the tendons of bending joints turn.
 
 
 @wp.kernel(enable_backward=False)
@@ -52,15 +53,13 @@ def pair_turns_of_copies(
 
 
 # ----------------------------------------------------------------------------------------------------
-# `catheter_sim.robots.catheter.laws` as a Warp kernel, one thread for each copy and gap.
-#
-# In double precision; what MuJoCo Warp hands over and takes is single.
+# Joints that resist as measured.
 
 
-_STICK_RATIO = wp.constant(wp.float64(law.STICK_RATIO))
-_LEAST_RATIO = wp.constant(wp.float64(law.LEAST_RATIO))
-_DIFFERENCE = wp.constant(wp.float64(math.radians(law.DIFFERENCE_DEG)))  # [rad]
-_APART = wp.constant(wp.float64(law.APART))
+_STICK_RATIO = wp.constant(wp.float64(laws.STICK_RATIO))
+_LEAST_RATIO = wp.constant(wp.float64(laws.LEAST_RATIO))
+_DIFFERENCE = wp.constant(wp.float64(math.radians(laws.DIFFERENCE_DEG)))  # [rad]
+_APART = wp.constant(wp.float64(laws.APART))
 _DEGREES = wp.constant(wp.float64(math.degrees(1.0)))
 _ZERO = wp.constant(wp.float64(0.0))
 _HALF = wp.constant(wp.float64(0.5))
@@ -172,17 +171,9 @@ def update_resistance(
 
 
 # ----------------------------------------------------------------------------------------------------
-# Tendons that stretch by Nayar 2023, Algorithm 1, as a Warp kernel, one thread for each copy and tendon.
-#
-# The same as `catheter_sim.robots.catheter.measured` and
-# `catheter_sim.robots.catheter.laws`, in double precision; what MuJoCo Warp hands over and takes
-# is single.
+# Tendons that stretch by Nayar 2023, Algorithm 1.
 
-# mypy: disable-error-code="valid-type, index"
-# Warp states the type of an array, or of a vector of so many numbers, by a call.
-
-
-# A tendon's law: the envelope's p_1 to p_4, gamma, a_n, b_n, phi, beta (`elongation.TendonLaw`).
+# A tendon's law: the envelope's p_1 to p_4, gamma, a_n, b_n, phi, beta (`measured.TendonLaw`).
 Law = wp.types.vector(length=9, dtype=wp.float64)
 # Its history: strain, tension, phase, cycle, most (strain, tension), anchor (strain, tension).
 State = wp.types.vector(length=8, dtype=wp.float64)
@@ -190,9 +181,9 @@ State = wp.types.vector(length=8, dtype=wp.float64)
 _LARGEST_STRAIN = wp.constant(wp.float64(measured.LARGEST_STRAIN))
 _UNTOUCHED = wp.constant(wp.float64(measured.UNTOUCHED))
 _TOUCH = wp.constant(wp.float64(measured.TOUCH))
-_SHAKE = wp.constant(wp.float64(catheter_stretch.SHAKE))
-_STRAIN_DIFFERENCE = wp.constant(wp.float64(catheter_stretch.DIFFERENCE))
-_SEARCHED = wp.constant(wp.float64(catheter_stretch.LARGEST_STRAIN))
+_SHAKE = wp.constant(wp.float64(laws.SHAKE))
+_STRAIN_DIFFERENCE = wp.constant(wp.float64(laws.DIFFERENCE))
+_SEARCHED = wp.constant(wp.float64(laws.LARGEST_STRAIN))
 _BISECTIONS = wp.constant(60)
 _NEVER = wp.constant(wp.float64(1e30))  # strain: beyond all
 _THIRD_TURN = wp.constant(wp.float64(2.0 * math.pi / 3.0))
@@ -205,7 +196,7 @@ _THREE = wp.constant(wp.float64(3.0))
 
 @wp.func
 def _envelope(law: Law, strain: wp.float64) -> wp.float64:
-    """As `elongation.envelope_N`."""
+    """As `measured.envelope_N`."""
     if strain <= _ZERO:
         return _ZERO
     e = wp.min(strain, _LARGEST_STRAIN)
@@ -215,7 +206,7 @@ def _envelope(law: Law, strain: wp.float64) -> wp.float64:
 
 @wp.func
 def _foot(law: Law, state: State) -> wp.float64:
-    """As `elongation._foot`."""
+    """As `measured._foot`."""
     slack = law[4] * state[4]
     return wp.min(slack + (state[3] - _ONE) * law[8], _HALF * (slack + state[4]))
 
@@ -231,7 +222,7 @@ def _moved(state: State, strain: wp.float64, tension: wp.float64) -> State:
 
 @wp.func
 def _let_go(law: Law, state: State, strain: wp.float64) -> State:
-    """As `elongation._let_go`."""
+    """As `measured._let_go`."""
     slack = law[4] * state[4]
     turn = state[6]
     top = state[7]
@@ -258,7 +249,7 @@ def _nearest(best: wp.float64, root: wp.float64, start: wp.float64) -> wp.float6
 
 @wp.func
 def _meeting(law: Law, start: wp.float64, start_N: wp.float64, slope: wp.float64) -> wp.float64:
-    """As `elongation._meeting`: the first real root, beyond the start, of a cubic."""
+    """As `measured._meeting`: the first real root, beyond the start, of a cubic."""
     a = law[1] / law[0]
     b = (law[2] - slope) / law[0]
     c = (law[3] - start_N + slope * start) / law[0]
@@ -283,7 +274,7 @@ def _meeting(law: Law, start: wp.float64, start_N: wp.float64, slope: wp.float64
 
 @wp.func
 def _pulled_again(law: Law, state: State, strain: wp.float64) -> State:
-    """As `elongation._pulled_again`."""
+    """As `measured._pulled_again`."""
     foot = _foot(law, state)
     start = state[6]
     start_N = state[7]
@@ -300,7 +291,7 @@ def _pulled_again(law: Law, state: State, strain: wp.float64) -> State:
 
 @wp.func
 def _stretched(law: Law, state: State, strain: wp.float64) -> State:
-    """As `elongation.stretched`."""
+    """As `measured.stretched`."""
     changed = state
     if state[2] == _LOADING:
         if strain >= state[0] or state[0] <= _UNTOUCHED:
@@ -340,7 +331,7 @@ def _stretched(law: Law, state: State, strain: wp.float64) -> State:
 def _strain(
     law: Law, state: State, stretch: wp.float64, length: wp.float64, compliance: wp.float64
 ) -> wp.float64:
-    """As `catheter_stretch.StretchingTendon._strain`, by halving."""
+    """As `laws.StretchingTendon._strain`, by halving."""
     if compliance == _ZERO or stretch <= _ZERO:
         return stretch / length
     low = wp.float64(0.0)
@@ -414,9 +405,7 @@ def update_stretch(
 
 
 # ----------------------------------------------------------------------------------------------------
-# The torsion pairs of `robots.catheter.laws` as a Warp kernel, one thread for each copy and pair.
-#
-# In double precision; what MuJoCo Warp hands over and takes is single.
+# Torsion pairs.
 
 
 @wp.kernel(enable_backward=False)
@@ -451,32 +440,24 @@ def turn_pairs(
 
 
 # ----------------------------------------------------------------------------------------------------
-# Exposed tubes that bend, as a Warp kernel, one thread for each copy and tube.
-#
-# The same as `catheter_sim.robots.catheter.laws` and `catheter_sim.robots.catheter.kinematics`, in
-# double precision; what MuJoCo Warp hands over and takes is single.
+# Exposed tubes that bend.
 
-
-# Columns of `places`: see `update`.
-EXIT_X, EXIT_Y, INLET_X, INLET_Y, SLIDE, TWIST, SLIDE_DOF, DRIVE, BEND, SKEW = (0, 1, 2, 3, 4, 5, 6, 7, 8, 10)
-
-_EXIT_X, _EXIT_Y = wp.constant(EXIT_X), wp.constant(EXIT_Y)
-_INLET_X, _INLET_Y = wp.constant(INLET_X), wp.constant(INLET_Y)
-_SLIDE, _TWIST, _SLIDE_DOF = wp.constant(SLIDE), wp.constant(TWIST), wp.constant(SLIDE_DOF)
-_DRIVE, _BEND, _SKEW = wp.constant(DRIVE), wp.constant(BEND), wp.constant(SKEW)
+# Columns of `TubesOnDevice.places`.
+_EXIT_X, _EXIT_Y, _INLET_X, _INLET_Y, _SLIDE = (wp.constant(column) for column in range(5))
+_TWIST, _SLIDE_DOF, _DRIVE, _BEND, _SKEW = (wp.constant(column) for column in (5, 6, 7, 8, 10))
 _SKEW_STIFFNESS = wp.constant(wp.float64(kinematics.SKEW_STIFFNESS))
 _SKEW_SHORTENING = wp.constant(wp.float64(kinematics.SKEW_SHORTENING))
 _SMALL = wp.constant(wp.float64(kinematics.SMALL_RAD))
-_SHORTEST = wp.constant(wp.float64(catheter_tube.SHORTEST_M))
+_SHORTEST = wp.constant(wp.float64(laws.SHORTEST_M))
 _SIX = wp.constant(wp.float64(6.0))
 _TWELVE = wp.constant(wp.float64(12.0))
 
-Turned = wp.types.vector(length=6, dtype=wp.float64)  # the turn, then its slopes, as `tube.end_turn` has them
+Turned = wp.types.vector(length=6, dtype=wp.float64)  # turn and slopes of `kinematics.end_turn`
 
 
 @wp.func
 def _end_turn(x: wp.float64, y: wp.float64) -> Turned:
-    """As `tube.end_turn`."""
+    """As `kinematics.end_turn`."""
     sx = wp.sin(x)
     cx = wp.cos(x)
     sy = wp.sin(y)
@@ -504,13 +485,13 @@ def _end_turn(x: wp.float64, y: wp.float64) -> Turned:
 
 @wp.func
 def _end_twist(x: wp.float64, y: wp.float64) -> wp.float64:
-    """As `tube.end_twist_rad`."""
+    """As `kinematics.end_twist_rad`."""
     return _TWO * wp.atan(wp.tan(_HALF * x) * wp.tan(_HALF * y))
 
 
 @wp.func
 def _chord_share(bend: wp.float64, skew: wp.float64) -> wp.vec2d:
-    """Return the first two of what `tube.chord_share` does."""
+    """Return the first two of what `kinematics.chord_share` does."""
     half = _HALF * bend
     share = _ONE - half * half / _SIX
     slope = -_ONE / _TWELVE
@@ -530,7 +511,7 @@ def _set(
     tendon_stiffness: wp.array2d(dtype=float),
     lengthspring: wp.array2d(dtype=wp.vec2),
 ):
-    """As `catheter_tube.Tube._set`."""
+    """As `laws.Tube._set`."""
     rest = float(length + moment / stiffness)
     tendon_stiffness[world, spring] = float(stiffness)
     lengthspring[world, spring] = wp.vec2(rest, rest)

@@ -452,7 +452,7 @@ def _tension(robot: CatheterRobot, drawn_m: Array, sunk_m: Array) -> tuple[Array
 # Forward kinematics of any catheter of torsion, bending and prismatic joints: tool, elements, Jacobian.
 #
 # Joint values q: one for each segment with a joint, base to tip: angle [rad] or advance [m]
-# (`catheter_layout.moving`). A bending joint is an arc of constant curvature, as a chain: a turn by half of
+# (`description.moving`). A bending joint is an arc of constant curvature, as a chain: a turn by half of
 # the bend, a slide by chord less length, a turn by the other half (Nayar 2022, Section II-D, Eq. 20).
 #
 # A prismatic segment's curved tube is one too, of a length that is its joint value (`tube`).
@@ -636,13 +636,13 @@ class FourDofLengths:
 
 
 def transseptal_lengths(robot: CatheterRobot) -> TransseptalLengths:
-    """Return the lengths of a robot of the design `catheter_layout.TRANSSEPTAL`."""
+    """Return the lengths of a robot of the design `description.TRANSSEPTAL`."""
     torsion, bending, advance, holder = (segment.length_m for segment in robot.segments)
     return TransseptalLengths(torsion, bending, advance + holder)
 
 
 def four_dof_lengths(robot: CatheterRobot) -> FourDofLengths:
-    """Return the lengths of a robot of the design `catheter_layout.FOUR_DOF`."""
+    """Return the lengths of a robot of the design `description.FOUR_DOF`."""
     proximal, middle, distal, tip, advance, torsion = (segment.length_m for segment in robot.segments)
     return FourDofLengths(proximal, middle, distal, tip + advance + torsion)
 

@@ -20,7 +20,7 @@ from catheter_sim.robots.catheter.description import (
     bending_tubes,
     bent_by,
     drives,
-    moved_segment,
+    moved_segments,
     tube_stiffness_N_m2,
 )
 from catheter_sim.robots.catheter.kinematics import (
@@ -128,7 +128,7 @@ class TorsionPairs(Law):
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
         self._model = model = place.model
-        moved = [robot.segments[moved_segment(robot, index)] for index in range(len(robot.tendons))]
+        moved = moved_segments(robot)
         turns = [index for index, segment in enumerate(moved) if segment.joint == "torsion"]
         modules = [moved[index] for index in turns]
         self.pairs = np.array(turns, dtype=int)
@@ -195,7 +195,7 @@ class PairControls:
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
         self._robot, model = robot, place.model
-        moved = [robot.segments[moved_segment(robot, index)] for index in range(len(robot.tendons))]
+        moved = moved_segments(robot)
         bending = [index for index, segment in enumerate(moved) if segment.joint == "bending"]
         # The order of the model's actuators: the pairs, then the antagonists.
         self.pair = np.array([*range(len(moved)), *bending], dtype=int)

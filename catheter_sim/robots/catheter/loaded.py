@@ -763,8 +763,8 @@ def _yielded(
 ) -> Yielded:
     load = Load(force, moment, gravity_mps2)
     none = load.part(np.arange(len(force)), 0.0)
-    before, _ = _found(held, at_values(held, values, sunk_m), none)
-    after, left = _found(held, before, load)
+    before, _ = _balance(held, at_values(held, values, sunk_m), none)
+    after, left = _balance(held, before, load)
     was, now = (stand(held.hinges, state.angle, state.advance) for state in (before, after))
     moved = now.face - was.face
     moved[..., 2] -= (after.sunk - before.sunk)[:, np.newaxis]
@@ -816,7 +816,7 @@ def under_load(run: StaticRun, rows: np.ndarray, found: Yielded) -> StaticRun:
     return replace(run, postures=tuple(postures), residual=residual)
 
 
-def _found(held: Held, start: State, load: Load) -> tuple[State, Array]:
+def _balance(held: Held, start: State, load: Load) -> tuple[State, Array]:
     """Return the balance under the load, and what is left unbalanced, shape (m,) [N m]; NaN: none found."""
     state, left = _newton(held, guessed(held, start, load), load)
     (failed,) = np.nonzero(np.isnan(left))
