@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from catheter_sim.arrays import Array
 from catheter_sim.mechanics.arcs import arc_end
 from catheter_sim.robots.catheter.description import elements, moving
-from catheter_sim.robots.catheter.kinematics import FourDofLengths, exponential, four_dof_tool, turn
+from catheter_sim.robots.catheter.kinematics import exponential, four_dof_lengths_m, four_dof_tool, turn
 from catheter_sim.robots.catheter.measured import (
     Side,
     StretchingJoint,
@@ -64,7 +64,7 @@ def element_frames(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
     return np.stack(places, axis=-2), np.stack(rotations, axis=-3)
 
 
-def four_dof_tool_as_printed(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
+def four_dof_tool_as_printed(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
     """Return Eqs 6-7 of Nayar 2023 as printed; arguments and result as of `four_dof_tool`.
 
     The third row of R is not of unit length, and p_y neither points where R does nor stays finite at
@@ -72,15 +72,12 @@ def four_dof_tool_as_printed(lengths: FourDofLengths, q: Array) -> tuple[Array, 
     """
     pb, db, advance, t = np.moveaxis(q, -1, 0)
     cp, sp, cd, sd, ct, st = np.cos(pb), np.sin(pb), np.cos(db), np.sin(db), np.cos(t), np.sin(t)
-    position, R = four_dof_tool(lengths, q)
+    position, R = four_dof_tool(robot, q)
     R, position = R.copy(), position.copy()
     R[..., 2, 1] = ct * sp - sd * cp * st
-    end = lengths.end_m + advance
-    position[..., 1] = (
-        sp * (lengths.middle_m + cd * end)
-        + lengths.distal_m * sd * sp / db
-        - lengths.proximal_m * (1.0 + cp) / pb
-    )
+    proximal_m, middle_m, distal_m, end_m = four_dof_lengths_m(robot)
+    end = end_m + advance
+    position[..., 1] = sp * (middle_m + cd * end) + distal_m * sd * sp / db - proximal_m * (1.0 + cp) / pb
     return position, R
 
 

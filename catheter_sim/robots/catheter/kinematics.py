@@ -616,42 +616,18 @@ def _parameters(chain: ScrewChain, q: Array) -> tuple[Array, Array]:
 R_BASE_PAPER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-@dataclass(frozen=True)
-class TransseptalLengths:
-    """Link lengths of Nayar 2022, Fig. 4(b) [m]: `pt`, `bl`, and dt + h."""
-
-    proximal_m: float
-    bending_m: float
-    end_m: float
-
-
-@dataclass(frozen=True)
-class FourDofLengths:
-    """Link lengths of Nayar 2023, Section III-C [m]: b_1, bm, b_2 and e_l = ih + dt + bt."""
-
-    proximal_m: float
-    middle_m: float
-    distal_m: float
-    end_m: float
-
-
-def transseptal_lengths(robot: CatheterRobot) -> TransseptalLengths:
-    """Return the lengths of a robot of the design `description.TRANSSEPTAL`."""
-    torsion, bending, advance, holder = (segment.length_m for segment in robot.segments)
-    return TransseptalLengths(torsion, bending, advance + holder)
-
-
-def four_dof_lengths(robot: CatheterRobot) -> FourDofLengths:
-    """Return the lengths of a robot of the design `description.FOUR_DOF`."""
+def four_dof_lengths_m(robot: CatheterRobot) -> tuple[float, float, float, float]:
+    """Return the link lengths b_1, bm, b_2 and e_l = ih + dt + bt of Nayar 2023, Section III-C [m]."""
     proximal, middle, distal, tip, advance, torsion = (segment.length_m for segment in robot.segments)
-    return FourDofLengths(proximal, middle, distal, tip + advance + torsion)
+    return proximal, middle, distal, tip + advance + torsion
 
 
-def transseptal_tool(lengths: TransseptalLengths, q: Array) -> tuple[Array, Array]:
+def transseptal_tool(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
     """Return the tool of the transseptal robot (Nayar 2022, Eqs 14-15), paper's frame.
 
     Of proximal torsion, bending, advance, distal torsion (..., 4): position (..., 3), and R (..., 3, 3).
     """
+    torsion_m, bending_m, tube_m, holder_m = (segment.length_m for segment in robot.segments)
     p, b, advance, d = np.moveaxis(q, -1, 0)
     cp, sp, cb, sb, cd, sd = np.cos(p), np.sin(p), np.cos(b), np.sin(b), np.cos(d), np.sin(d)
     R = _matrix(
@@ -660,19 +636,20 @@ def transseptal_tool(lengths: TransseptalLengths, q: Array) -> tuple[Array, Arra
         (sb * sd, sb * cd, cb),
     )
     sine, versine = arc_functions(b * b)  # sin(b) / b and (1 - cos b) / b^2
-    end = lengths.end_m + advance
-    radial = lengths.bending_m * versine * b + sb * end
-    height = lengths.proximal_m + cb * end + lengths.bending_m * sine
+    end = tube_m + holder_m + advance
+    radial = bending_m * versine * b + sb * end
+    height = torsion_m + cb * end + bending_m * sine
     return np.stack([radial * sp, -radial * cp, height], axis=-1), R
 
 
-def four_dof_tool(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
+def four_dof_tool(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
     """Return the tool of the 4-DoF robot (Nayar 2023, Eqs 6-7, corrected), paper's frame.
 
     Of proximal bending, distal bending, advance, torsion (..., 4): position (..., 3), and R (..., 3, 3).
-    Corrections: the third row of R has c_t s_pb + s_db c_pb s_t in the middle; p_y is -[s_pb (bm + c_db (e_l
-    + delta)) + b_2 s_db s_pb / theta_db + b_1 (1 - c_pb) / theta_pb].
+    Corrections: the third row of R has c_t s_pb + s_db c_pb s_t in the middle; p_y is
+    -[s_pb (bm + c_db (e_l + delta)) + b_2 s_db s_pb / theta_db + b_1 (1 - c_pb) / theta_pb].
     """
+    proximal_m, middle_m, distal_m, end_m = four_dof_lengths_m(robot)
     pb, db, advance, t = np.moveaxis(q, -1, 0)
     cp, sp, cd, sd, ct, st = np.cos(pb), np.sin(pb), np.cos(db), np.sin(db), np.cos(t), np.sin(t)
     R = _matrix(
@@ -682,11 +659,11 @@ def four_dof_tool(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
     )
     sine_d, versine_d = arc_functions(db * db)
     sine_p, versine_p = arc_functions(pb * pb)
-    end = lengths.end_m + advance
-    straight = lengths.middle_m + cd * end + lengths.distal_m * sine_d
-    x = sd * end + lengths.distal_m * versine_d * db
-    y = -(sp * straight + lengths.proximal_m * versine_p * pb)
-    z = cp * straight + lengths.proximal_m * sine_p
+    end = end_m + advance
+    straight = middle_m + cd * end + distal_m * sine_d
+    x = sd * end + distal_m * versine_d * db
+    y = -(sp * straight + proximal_m * versine_p * pb)
+    z = cp * straight + proximal_m * sine_p
     return np.stack([x, y, z], axis=-1), R
 
 
@@ -868,14 +845,14 @@ def _proximal_from_position(robot: CatheterRobot, distal: float, position: Array
 
     At a distal bend of +-90 deg the advance moves the tip along x alone.
     """
-    lengths = four_dof_lengths(robot)
-    straight = lengths.middle_m + lengths.distal_m * math.sin(distal) / distal
+    proximal_m, middle_m, distal_m, _ = four_dof_lengths_m(robot)
+    straight = middle_m + distal_m * math.sin(distal) / distal
     wanted = math.atan2(-position[1], position[2])
 
     def excess(bend: float) -> float:
         # the chord points along half of the bend, what follows along all of it
         half = 0.5 * bend
-        chord = lengths.proximal_m * float(np.sinc(half / math.pi))
+        chord = proximal_m * float(np.sinc(half / math.pi))
         across = chord * math.sin(half) + straight * math.sin(bend)
         along = chord * math.cos(half) + straight * math.cos(bend)
         return math.atan2(across, along) - wanted
