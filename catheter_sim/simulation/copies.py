@@ -206,19 +206,9 @@ class Copies:
             self._act(law, law.actuate, copies)
         pulls = self._pulls
         if self._driven:
-            self._native(
-                clamp_slack_of,
-                copies,
-                pulls.actuators,
-                pulls.tendons,
-                pulls.gain,
-                pulls.bias,
-                pulls.length_gain,
-                self._length,
-                self._ctrl,
-                self._ctrl_before,
-                self._clamp,
-            )
+            pulling = pulls.actuators, pulls.tendons, pulls.gain, pulls.bias, pulls.length_gain
+            state = self._length, self._ctrl, self._ctrl_before, self._clamp
+            self._native(clamp_slack_of, copies, *pulling, *state)
         self._applied[copies] = 0.0
         for law in self._pushing:
             self._act(law, law.between, copies)

@@ -145,20 +145,10 @@ class CapstanFriction(Law):
         """
         passive = data.qfrc_passive - self._springs * data.qvel if self._whole else data.qfrc_passive
         busy_spans(self._block, self._history, self._counts, actuator_tension)
-        solve_tensions(
-            self._block,
-            self._history,
-            self._counts,
-            self._places,
-            data.ten_J,
-            actuator_tension,
-            self.turns(data, self._counts[1]),
-            data.qvel,
-            passive,
-            data.qfrc_bias,
-            data.qfrc_constraint,
-            data.qfrc_applied,
-        )
+        own = self._block, self._history, self._counts, self._places
+        forces = passive, data.qfrc_bias, data.qfrc_constraint, data.qfrc_applied
+        turn = self.turns(data, self._counts[1])
+        solve_tensions(*own, data.ten_J, actuator_tension, turn, data.qvel, *forces)
 
     def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
         """Return the tension of every tendon in every span after a step, shape (t, n) [N].
@@ -212,15 +202,5 @@ class CapstanCopies(CapstanFriction):
     def apply_copies(self, copies: Index, entering: Array, applied: Array) -> None:
         """`apply` in some of m copies: tensions at the actuators (m, t) [N]; applied forces (m, nv)."""
         self.turns.of_copies(copies, self._qpos, self._sites, self._turn)
-        solve_tensions_of_copies(
-            copies,
-            self._block,
-            self._histories,
-            self._counts,
-            self._places,
-            self._ten_J,
-            entering,
-            self._turn,
-            self._motion,
-            applied,
-        )
+        own = self._block, self._histories, self._counts, self._places
+        solve_tensions_of_copies(copies, *own, self._ten_J, entering, self._turn, self._motion, applied)

@@ -135,17 +135,9 @@ class Actuation:
         See `mechanics.hysteresis`; to be called once a step, where tendons are driven.
         """
         pulls, data = self.pulls, self._data
-        clamp_slack(
-            pulls.actuators,
-            pulls.tendons,
-            pulls.gain,
-            pulls.bias,
-            pulls.length_gain,
-            data.ten_length,
-            data.ctrl,
-            self._ctrl_before,
-            self._model.actuator_forcerange,
-        )
+        pulling = pulls.actuators, pulls.tendons, pulls.gain, pulls.bias, pulls.length_gain
+        state = data.ten_length, data.ctrl, self._ctrl_before, self._model.actuator_forcerange
+        clamp_slack(*pulling, *state)
 
 
 # ----------------------------------------------------------------------------------------------------

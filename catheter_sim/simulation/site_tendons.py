@@ -84,10 +84,12 @@ class SiteTendons:
                     moved = [joint for joint in joints if joint not in others]
                     parts += [(joint, sign, place[int(model.jnt_dofadr[joint])]) for joint in moved]
                 ends.append(len(parts))
-        self._stretches = np.array(stretches, dtype=np.int64).reshape(-1, 3)
-        self._ends = np.array(ends, dtype=np.int64)
-        self._parts = np.array(parts, dtype=np.int64).reshape(-1, 3)
-        self._slides = model.jnt_type == int(mujoco.mjtJoint.mjJNT_SLIDE)
+        self._known = (  # as of `_find_slopes`
+            np.array(stretches, dtype=np.int64).reshape(-1, 3),
+            np.array(ends, dtype=np.int64),
+            np.array(parts, dtype=np.int64).reshape(-1, 3),
+            model.jnt_type == int(mujoco.mjtJoint.mjJNT_SLIDE),
+        )
         pulling = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
         self._actuators = np.stack([pulling, model.actuator_trnid[pulling, 0]], axis=1).astype(np.int64)
         self._sites = model.wrap_objid.astype(np.int64)
@@ -105,17 +107,7 @@ class SiteTendons:
 
     def find(self, data: mujoco.MjData) -> None:
         """Fill in what `mj_step1` leaves out: paths, lengths, Jacobian and velocities, the actuators' too."""
-        _find_slopes(
-            self._stretches,
-            self._ends,
-            self._parts,
-            self._slides,
-            data.site_xpos,
-            data.xanchor,
-            data.xaxis,
-            data.ten_length,
-            data.ten_J,
-        )
+        _find_slopes(*self._known, data.site_xpos, data.xanchor, data.xaxis, data.ten_length, data.ten_J)
         pulled = self._actuators, self._gear, data.actuator_velocity
         _find_velocities(data.ten_J, *self._rows, data.qvel, data.ten_velocity, *pulled)
         path = data.ten_wrapadr, data.ten_wrapnum, data.wrap_obj, data.wrap_xpos
@@ -264,17 +256,7 @@ class PathCopies(SiteTendons):
 
     def find_in(self, copies: Index) -> None:
         """Fill in some copies' `ten_J` at their present positions."""
-        find_slopes_of(
-            copies,
-            self._stretches,
-            self._ends,
-            self._parts,
-            self._slides,
-            self._points,
-            self._anchors,
-            self._axes,
-            self.ten_J,
-        )
+        find_slopes_of(copies, *self._known, self._points, self._anchors, self._axes, self.ten_J)
 
     def pull_in(self, copies: Index, tension: Array, applied: Array) -> None:
         """Add what tendons at tensions (m, t) [N] pull to the applied forces (m, nv) of some copies."""

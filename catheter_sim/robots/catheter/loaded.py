@@ -316,21 +316,10 @@ def moments(hinges: Hinges, standing: Standing, load: Load) -> tuple[Array, Arra
     """
     rows, count = standing.axis.shape[:2]
     torque, slopes = np.empty((rows, count)), np.empty((rows, count, count))
-    scratch = np.empty((2, 2, max(count, 2), 3))
-    moment_rows(
-        standing.axis,
-        standing.place,
-        np.ascontiguousarray(standing.centre),
-        hinges.after,
-        hinges.mass_kg,
-        np.ascontiguousarray(load.force),
-        np.ascontiguousarray(load.moment),
-        np.ascontiguousarray(load.gravity),
-        scratch[0],
-        scratch[1],
-        torque,
-        slopes,
-    )
+    lever, turns = np.empty((2, 2, max(count, 2), 3))
+    masses = np.ascontiguousarray(standing.centre), hinges.after, hinges.mass_kg
+    loads = (np.ascontiguousarray(item) for item in (load.force, load.moment, load.gravity))
+    moment_rows(standing.axis, standing.place, *masses, *loads, lever, turns, torque, slopes)
     return torque, slopes
 
 
