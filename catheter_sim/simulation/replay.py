@@ -208,8 +208,8 @@ def _follow(simulator: Simulator, commands: Commands, row: int, progress: bool) 
     since_s = commands.time_s - commands.time_s[0]
     first, last = (round(float(since_s[k]) / step_s) for k in (row - 1, row))
     seconds = range(first, last, max(1, round(1.0 / step_s)))  # no more is held of the inputs at once
-    told = progress and len(seconds) > _LONG_WAY_S
-    for start in counted(seconds, len(seconds), f"simulating row {row + 1}", "second", told):
+    shown = progress and len(seconds) > _LONG_WAY_S
+    for start in counted(seconds, len(seconds), f"simulating row {row + 1}", "second", shown):
         steps = np.arange(start, min(start + seconds.step, last))
         for values in commands.means(steps * step_s, step_s):
             commands.set(simulator, values)

@@ -342,7 +342,7 @@ class Pull:
         gaps: its hinges.
         half_gap_m, arm_m: of the segment.
         compliance: of each tendon, as the joint feels it, shape (m,) [m/N].
-        firmness: by which a tendon's lack of length is weighed against a tension, shape (m,) [N/m].
+        firmness: of a tendon's lack of length against a tension, shape (m,) [N/m].
         drawn_m: by how much the tendon toward + and the one toward - may be no longer than straight,
             shape (m, 2) [m].
     """
@@ -645,7 +645,7 @@ _MOST_STEPS = 40
 _LARGEST_STEP_RAD = 0.15  # of any hinge; gaps close at 0.4 or so
 _BALANCED_N_M = 1e-13
 _MET_M = 1e-14
-_LEAST_TENSION_N = 1e-6  # from which on it is told how much of it friction takes
+_LEAST_TENSION_N = 1e-6  # from which on it is known how much of it friction takes
 _SHARES = np.linspace(0.1, 1.0, 10)  # of the load, one after another, where all at once finds no balance
 
 
