@@ -43,15 +43,9 @@ def slacken(
 ):
     """Clamp the forces of tendons that were slack, and find the tensions of all.
 
-    Args:
-        timestep: [s].
-        unlimited: largest force of a tendon that was taut (`mechanics.hysteresis.clamp_of_slack`).
-        pulls, tendons: actuators of the driven tendons and these, shape (k,).
-        gainprm, biasprm, ten_length, ctrl: MuJoCo Warp's.
-        ctrl_before: in and out: the controls of the step before, shape (m, k).
-        forcerange: out.
-        entering: out: tensions, below zero where slack, shape (m, k) [N].
-        drive: out: what they grow by per unit of the rate of lengthening in a step, shape (m, k) [N s/m].
+    `unlimited`: largest force of a tendon that was taut (`mechanics.hysteresis.clamp_of_slack`). In and out:
+    the controls of the step before (m, k). Out: `forcerange`; tensions, below zero where slack (m, k) [N];
+    what they grow by per unit of the rate of lengthening in a step (m, k) [N s/m].
     """
     world, place = wp.tid()
     actuator = pulls[place]
@@ -82,6 +76,44 @@ def slacken(
 _LEAST_RESPONSE = wp.constant(wp.float64(LEAST_RESPONSE))
 
 
+@wp.struct
+class TendonsOnDevice:
+    """As `mechanics.capstan.Tendons`, without `lines`."""
+
+    ends: wp.array(dtype=int)
+    row_start: wp.array(dtype=int)
+    entry: wp.array(dtype=int)
+    dof: wp.array(dtype=int)
+    span: wp.array(dtype=int)
+
+
+@wp.struct
+class RoomOnDevice:
+    """Workspace of m copies."""
+
+    factor: wp.array3d(dtype=wp.float64)  # (m, t, n), as the next
+    response: wp.array3d(dtype=wp.float64)
+    rate: wp.array2d(dtype=wp.float64)  # (m, n)
+    ahead: wp.array2d(dtype=wp.float64)  # (m, nv)
+    old: wp.array2d(dtype=wp.float64)  # (m, n)
+    knots: wp.array2d(dtype=wp.float64)  # (m, 2 n), as the next
+    steps: wp.array2d(dtype=wp.float64)
+    goal: wp.array2d(dtype=wp.float64)  # (m, n)
+    reached: wp.array2d(dtype=wp.float64)  # (m, t)
+    shared: wp.array3d(dtype=wp.float64)  # (m, 2 t + 4 + nv, t)
+
+
+@wp.struct
+class MotionOnDevice:
+    """MuJoCo Warp's slopes of tendons, velocities and generalised forces of all copies."""
+
+    ten_J: wp.array2d(dtype=float)
+    qvel: wp.array2d(dtype=float)
+    passive: wp.array2d(dtype=float)
+    bias: wp.array2d(dtype=float)
+    constraint: wp.array2d(dtype=float)
+
+
 @wp.func
 def _span_tensions(
     world: int,
@@ -90,16 +122,11 @@ def _span_tensions(
     entering: wp.float64,
     drive: wp.float64,
     drawn: wp.float64,
-    factor: wp.array3d(dtype=wp.float64),
-    response: wp.array3d(dtype=wp.float64),
-    rate: wp.array2d(dtype=wp.float64),
-    knots: wp.array2d(dtype=wp.float64),
-    steps: wp.array2d(dtype=wp.float64),
-    goal: wp.array2d(dtype=wp.float64),
+    room: RoomOnDevice,
     tension: wp.array3d(dtype=wp.float64),
 ):
     """Update one tendon's tensions and return the actuator's, as `mechanics.capstan.span_tensions` does."""
-    width = knots.shape[1]
+    width = room.knots.shape[1]
     left = int(0)  # noqa: UP018, RUF046 - a literal would be a constant to Warp
     right = int(width)
     left_shift = wp.float64(0.0)
@@ -113,54 +140,54 @@ def _span_tensions(
         slope = wp.float64(0.0)
         offset = wp.float64(0.0)
         if span >= 0:
-            slope = response[world, tendon, span]
-            offset = -(slope * tension[world, tendon, span] + rate[world, span])
+            slope = room.response[world, tendon, span]
+            offset = -(slope * tension[world, tendon, span] + room.rate[world, span])
         else:
             slope = wp.float64(1.0) / drive
             offset = -entering / drive
         while left > 0:
-            knot = knots[world, left - 1] + left_shift
+            knot = room.knots[world, left - 1] + left_shift
             if slope * knot + offset <= _ZERO:
                 break
             left -= 1
             right -= 1
-            step = steps[world, left]
+            step = room.steps[world, left]
             slope += step
             offset -= step * knot
-            knots[world, right] = knot - right_shift
-            steps[world, right] = -step
+            room.knots[world, right] = knot - right_shift
+            room.steps[world, right] = -step
         while right < width:
-            knot = knots[world, right] + right_shift
+            knot = room.knots[world, right] + right_shift
             if slope * knot + offset >= _ZERO:
                 break
-            step = steps[world, right]
+            step = room.steps[world, right]
             slope += step
             offset -= step * knot
-            knots[world, left] = knot - left_shift
-            steps[world, left] = -step
+            room.knots[world, left] = knot - left_shift
+            room.steps[world, left] = -step
             left += 1
             right += 1
         wish = -offset / slope
         if span < 0:
             reached = wish
         else:
-            goal[world, span] = wish
+            room.goal[world, span] = wish
             right -= 1
-            knots[world, left] = wish - left_shift
-            steps[world, left] = slope
-            knots[world, right] = wish - right_shift
-            steps[world, right] = slope
+            room.knots[world, left] = wish - left_shift
+            room.steps[world, left] = slope
+            room.knots[world, right] = wish - right_shift
+            room.steps[world, right] = slope
             left += 1
             before = wp.float64(drawn)
             if span > 0:
                 before = tension[world, tendon, span - 1]
-            left_shift -= before * factor[world, tendon, span] - before
-            right_shift -= before / factor[world, tendon, span] - before
+            left_shift -= before * room.factor[world, tendon, span] - before
+            right_shift -= before / room.factor[world, tendon, span] - before
     reached = wp.max(reached, _ZERO)
     below = wp.float64(reached)
     for k in range(count):
-        held = factor[world, tendon, k]
-        below = wp.min(wp.max(goal[world, k], below / held), below * held)
+        held = room.factor[world, tendon, k]
+        below = wp.min(wp.max(room.goal[world, k], below / held), below * held)
         tension[world, tendon, k] = below
     return reached
 
@@ -168,146 +195,145 @@ def _span_tensions(
 @wp.func
 def _couple_driven(
     world: int,
+    tendons: TendonsOnDevice,
+    room: RoomOnDevice,
     drive: wp.array2d(dtype=wp.float64),
-    row_start: wp.array(dtype=int),
-    entry: wp.array(dtype=int),
-    dof: wp.array(dtype=int),
     yielding: wp.array2d(dtype=wp.float64),
     ten_J: wp.array2d(dtype=float),
-    shared: wp.array3d(dtype=wp.float64),
 ):
     """As `mechanics.capstan.couple_driven`."""
-    tendons = drive.shape[1]
-    first = 2 * tendons + 4
+    count = drive.shape[1]
+    first = 2 * count + 4
     driven = int(0)  # noqa: UP018, RUF046 - a literal would be a constant to Warp
-    for j in range(tendons):
+    for j in range(count):
         if drive[world, j] > _ZERO:
             driven += 1
     if driven > 1:
         for i in range(yielding.shape[1]):
-            for j in range(tendons):
-                shared[world, first + i, j] = _ZERO
-        for j in range(tendons):
+            for j in range(count):
+                room.shared[world, first + i, j] = _ZERO
+        for j in range(count):
             if drive[world, j] > _ZERO:
-                for place in range(row_start[j], row_start[j + 1]):
-                    row = first + dof[place]
-                    shared[world, row, j] = shared[world, row, j] + wp.float64(ten_J[world, entry[place]])
-        for j in range(tendons):
+                for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                    row = first + tendons.dof[place]
+                    room.shared[world, row, j] = room.shared[world, row, j] + wp.float64(
+                        ten_J[world, tendons.entry[place]]
+                    )
+        for j in range(count):
             if drive[world, j] > _ZERO:
-                for other in range(tendons):
-                    shared[world, j, other] = _ZERO
-                for place in range(row_start[j], row_start[j + 1]):
-                    i = dof[place]
-                    gain = yielding[world, i] * wp.float64(ten_J[world, entry[place]])
-                    for other in range(tendons):
-                        shared[world, j, other] = (
-                            shared[world, j, other] + gain * shared[world, first + i, other]
+                for other in range(count):
+                    room.shared[world, j, other] = _ZERO
+                for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                    i = tendons.dof[place]
+                    gain = yielding[world, i] * wp.float64(ten_J[world, tendons.entry[place]])
+                    for other in range(count):
+                        room.shared[world, j, other] = (
+                            room.shared[world, j, other] + gain * room.shared[world, first + i, other]
                         )
-                shared[world, j, j] = shared[world, j, j] + wp.float64(1.0) / drive[world, j]
+                room.shared[world, j, j] = room.shared[world, j, j] + wp.float64(1.0) / drive[world, j]
     return driven
 
 
 @wp.func
 def _raise_together(
     world: int,
-    ends: wp.array(dtype=int),
-    row_start: wp.array(dtype=int),
-    entry: wp.array(dtype=int),
-    dof: wp.array(dtype=int),
-    span: wp.array(dtype=int),
+    tendons: TendonsOnDevice,
+    room: RoomOnDevice,
     entering: wp.array2d(dtype=wp.float64),
     drive: wp.array2d(dtype=wp.float64),
     yielding: wp.array2d(dtype=wp.float64),
     ten_J: wp.array2d(dtype=float),
-    shared: wp.array3d(dtype=wp.float64),
-    reached: wp.array2d(dtype=wp.float64),
     tension: wp.array3d(dtype=wp.float64),
-    ahead: wp.array2d(dtype=wp.float64),
 ):
     """As `mechanics.capstan.raise_together`."""
-    tendons = drive.shape[1]
-    slope = 2 * tendons
+    count = drive.shape[1]
+    slope = 2 * count
     goal = slope + 1
     shift = slope + 2
     held = slope + 3
-    for j in range(tendons):
-        shared[world, slope, j] = _ZERO
-        shared[world, shift, j] = _ZERO
-        shared[world, held, j] = wp.float64(1.0)
+    for j in range(count):
+        room.shared[world, slope, j] = _ZERO
+        room.shared[world, shift, j] = _ZERO
+        room.shared[world, held, j] = wp.float64(1.0)
         if drive[world, j] > _ZERO:
-            shared[world, held, j] = _ZERO
-            fall = (reached[world, j] - entering[world, j]) / drive[world, j]
-            for place in range(row_start[j], row_start[j + 1]):
-                fall -= wp.float64(ten_J[world, entry[place]]) * ahead[world, dof[place]]
-            shared[world, slope, j] = fall
-    rounds = int(4 * tendons)
+            room.shared[world, held, j] = _ZERO
+            fall = (room.reached[world, j] - entering[world, j]) / drive[world, j]
+            for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                fall -= wp.float64(ten_J[world, tendons.entry[place]]) * room.ahead[world, tendons.dof[place]]
+            room.shared[world, slope, j] = fall
+    rounds = int(4 * count)
     while rounds > 0:
         rounds -= 1
-        for j in range(tendons):
-            free = shared[world, held, j] == _ZERO
-            for other in range(tendons):
+        for j in range(count):
+            free = room.shared[world, held, j] == _ZERO
+            for other in range(count):
                 value = wp.float64(0.0)
                 if free and drive[world, other] > _ZERO:
-                    value = shared[world, j, other]
-                shared[world, tendons + j, other] = value
-            shared[world, goal, j] = -shared[world, slope, j]
+                    value = room.shared[world, j, other]
+                room.shared[world, count + j, other] = value
+            room.shared[world, goal, j] = -room.shared[world, slope, j]
             if not free:
-                shared[world, tendons + j, j] = wp.float64(1.0)
-                shared[world, goal, j] = shared[world, shift, j]
-        for j in range(tendons):
-            for below in range(j + 1, tendons):
-                ratio = shared[world, tendons + below, j] / shared[world, tendons + j, j]
-                for other in range(j + 1, tendons):
-                    shared[world, tendons + below, other] = (
-                        shared[world, tendons + below, other] - ratio * shared[world, tendons + j, other]
+                room.shared[world, count + j, j] = wp.float64(1.0)
+                room.shared[world, goal, j] = room.shared[world, shift, j]
+        for j in range(count):
+            for below in range(j + 1, count):
+                ratio = room.shared[world, count + below, j] / room.shared[world, count + j, j]
+                for other in range(j + 1, count):
+                    room.shared[world, count + below, other] = (
+                        room.shared[world, count + below, other]
+                        - ratio * room.shared[world, count + j, other]
                     )
-                shared[world, goal, below] = shared[world, goal, below] - ratio * shared[world, goal, j]
-        for back in range(tendons):
-            j = tendons - 1 - back
-            found = wp.float64(shared[world, goal, j])
-            for other in range(j + 1, tendons):
-                found -= shared[world, tendons + j, other] * shared[world, goal, other]
-            shared[world, goal, j] = found / shared[world, tendons + j, j]
+                room.shared[world, goal, below] = (
+                    room.shared[world, goal, below] - ratio * room.shared[world, goal, j]
+                )
+        for back in range(count):
+            j = count - 1 - back
+            found = wp.float64(room.shared[world, goal, j])
+            for other in range(j + 1, count):
+                found -= room.shared[world, count + j, other] * room.shared[world, goal, other]
+            room.shared[world, goal, j] = found / room.shared[world, count + j, j]
         part = wp.float64(1.0)
         first = int(-1)  # noqa: UP018, RUF046
-        for j in range(tendons):
-            if shared[world, held, j] == _ZERO and shared[world, goal, j] < -reached[world, j]:
-                way = shared[world, goal, j] - shared[world, shift, j]
-                share = (-reached[world, j] - shared[world, shift, j]) / way
+        for j in range(count):
+            if room.shared[world, held, j] == _ZERO and room.shared[world, goal, j] < -room.reached[world, j]:
+                way = room.shared[world, goal, j] - room.shared[world, shift, j]
+                share = (-room.reached[world, j] - room.shared[world, shift, j]) / way
                 if share < part or first < 0:
                     part = wp.float64(share)
                     first = int(j)
-        for j in range(tendons):
-            way = shared[world, goal, j] - shared[world, shift, j]
-            shared[world, shift, j] = shared[world, shift, j] + part * way
+        for j in range(count):
+            way = room.shared[world, goal, j] - room.shared[world, shift, j]
+            room.shared[world, shift, j] = room.shared[world, shift, j] + part * way
         if first >= 0:
-            shared[world, shift, first] = -reached[world, first]
-            shared[world, held, first] = wp.float64(1.0)
+            room.shared[world, shift, first] = -room.reached[world, first]
+            room.shared[world, held, first] = wp.float64(1.0)
         else:
             strongest = wp.float64(0.0)
-            for j in range(tendons):
-                if drive[world, j] > _ZERO and shared[world, held, j] > _ZERO:
-                    push = wp.float64(shared[world, slope, j])
-                    for other in range(tendons):
+            for j in range(count):
+                if drive[world, j] > _ZERO and room.shared[world, held, j] > _ZERO:
+                    push = wp.float64(room.shared[world, slope, j])
+                    for other in range(count):
                         if drive[world, other] > _ZERO:
-                            push += shared[world, j, other] * shared[world, shift, other]
+                            push += room.shared[world, j, other] * room.shared[world, shift, other]
                     if push < strongest:
                         strongest = wp.float64(push)
                         first = int(j)
             if first >= 0:
-                shared[world, held, first] = _ZERO
+                room.shared[world, held, first] = _ZERO
             else:
                 rounds = int(0)  # noqa: UP018, RUF046
     change = wp.float64(0.0)
-    for j in range(tendons):
+    for j in range(count):
         if drive[world, j] > _ZERO:
-            rise = shared[world, shift, j]
-            reached[world, j] = wp.max(reached[world, j] + rise, _ZERO)
-            for place in range(row_start[j], row_start[j + 1]):
-                i = dof[place]
-                gain = yielding[world, i] * wp.float64(ten_J[world, entry[place]])
-                ahead[world, i] = ahead[world, i] - gain * wp.max(rise, -tension[world, j, span[place]])
-            for k in range(ends[j]):
+            rise = room.shared[world, shift, j]
+            room.reached[world, j] = wp.max(room.reached[world, j] + rise, _ZERO)
+            for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                i = tendons.dof[place]
+                gain = yielding[world, i] * wp.float64(ten_J[world, tendons.entry[place]])
+                room.ahead[world, i] = room.ahead[world, i] - gain * wp.max(
+                    rise, -tension[world, j, tendons.span[place]]
+                )
+            for k in range(tendons.ends[j]):
                 risen = wp.max(rise, -tension[world, j, k])
                 tension[world, j, k] = tension[world, j, k] + risen
                 change = wp.max(change, wp.abs(risen))
@@ -333,33 +359,16 @@ def know_joints(
 @wp.kernel(enable_backward=False)
 def solve_tensions(
     mu: wp.float64,
-    ends: wp.array(dtype=int),
-    row_start: wp.array(dtype=int),
-    entry: wp.array(dtype=int),
-    dof: wp.array(dtype=int),
-    span: wp.array(dtype=int),
     sweeps: int,
     tolerance: wp.float64,
+    tendons: TendonsOnDevice,
+    room: RoomOnDevice,
+    motion: MotionOnDevice,
     entering: wp.array2d(dtype=wp.float64),
     drive: wp.array2d(dtype=wp.float64),
     turn: wp.array3d(dtype=wp.float64),
     yielding: wp.array2d(dtype=wp.float64),
-    ten_J: wp.array2d(dtype=float),
-    qvel: wp.array2d(dtype=float),
-    passive: wp.array2d(dtype=float),
-    bias: wp.array2d(dtype=float),
-    constraint: wp.array2d(dtype=float),
     tension: wp.array3d(dtype=wp.float64),
-    factor: wp.array3d(dtype=wp.float64),
-    response: wp.array3d(dtype=wp.float64),
-    rate: wp.array2d(dtype=wp.float64),
-    ahead: wp.array2d(dtype=wp.float64),
-    old: wp.array2d(dtype=wp.float64),
-    knots: wp.array2d(dtype=wp.float64),
-    steps: wp.array2d(dtype=wp.float64),
-    goal: wp.array2d(dtype=wp.float64),
-    reached: wp.array2d(dtype=wp.float64),
-    shared: wp.array3d(dtype=wp.float64),
     applied: wp.array2d(dtype=float),
 ):
     """Update all copies' tensions, and apply what they pull beyond the actuators'; as `solve_tensions` does.
@@ -367,81 +376,63 @@ def solve_tensions(
     An axis of m before those of `entering`, `drive`, `turn` and `yielding` there.
     """
     world = wp.tid()
-    tendons = ends.shape[0]
-    for i in range(qvel.shape[1]):
-        force = wp.float64(passive[world, i]) - wp.float64(bias[world, i]) + wp.float64(constraint[world, i])
+    count = tendons.ends.shape[0]
+    for i in range(motion.qvel.shape[1]):
+        force = (
+            wp.float64(motion.passive[world, i])
+            - wp.float64(motion.bias[world, i])
+            + wp.float64(motion.constraint[world, i])
+        )
         force += wp.float64(applied[world, i])
-        ahead[world, i] = wp.float64(qvel[world, i]) + yielding[world, i] * force
+        room.ahead[world, i] = wp.float64(motion.qvel[world, i]) + yielding[world, i] * force
     largest = wp.float64(0.0)
-    for j in range(tendons):
+    for j in range(count):
         largest = wp.max(largest, entering[world, j])
-        reached[world, j] = wp.max(entering[world, j], _ZERO)
-        for k in range(ends[j]):
-            factor[world, j, k] = wp.exp(mu * turn[world, j, k])
-            response[world, j, k] = _LEAST_RESPONSE
-        for place in range(row_start[j], row_start[j + 1]):
-            i = dof[place]
-            k = span[place]
-            arm = wp.float64(ten_J[world, entry[place]])
-            response[world, j, k] = response[world, j, k] + yielding[world, i] * arm * arm
-            ahead[world, i] = ahead[world, i] - yielding[world, i] * arm * tension[world, j, k]
-    driven = _couple_driven(world, drive, row_start, entry, dof, yielding, ten_J, shared)
+        room.reached[world, j] = wp.max(entering[world, j], _ZERO)
+        for k in range(tendons.ends[j]):
+            room.factor[world, j, k] = wp.exp(mu * turn[world, j, k])
+            room.response[world, j, k] = _LEAST_RESPONSE
+        for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+            i = tendons.dof[place]
+            k = tendons.span[place]
+            arm = wp.float64(motion.ten_J[world, tendons.entry[place]])
+            room.response[world, j, k] = room.response[world, j, k] + yielding[world, i] * arm * arm
+            room.ahead[world, i] = room.ahead[world, i] - yielding[world, i] * arm * tension[world, j, k]
+    driven = _couple_driven(world, tendons, room, drive, yielding, motion.ten_J)
     sweep = int(0)  # noqa: UP018, RUF046
     while sweep < sweeps:
         change = wp.float64(0.0)
-        for j in range(tendons):
-            for k in range(ends[j]):
-                rate[world, k] = wp.float64(0.0)
-                old[world, k] = tension[world, j, k]
-            for place in range(row_start[j], row_start[j + 1]):
-                k = span[place]
-                arm = wp.float64(ten_J[world, entry[place]])
-                rate[world, k] = rate[world, k] + arm * ahead[world, dof[place]]
-            reached[world, j] = _span_tensions(
-                world,
-                j,
-                ends[j],
-                entering[world, j],
-                drive[world, j],
-                reached[world, j],
-                factor,
-                response,
-                rate,
-                knots,
-                steps,
-                goal,
-                tension,
+        for j in range(count):
+            for k in range(tendons.ends[j]):
+                room.rate[world, k] = wp.float64(0.0)
+                room.old[world, k] = tension[world, j, k]
+            for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                k = tendons.span[place]
+                arm = wp.float64(motion.ten_J[world, tendons.entry[place]])
+                room.rate[world, k] = room.rate[world, k] + arm * room.ahead[world, tendons.dof[place]]
+            drawn = room.reached[world, j]
+            room.reached[world, j] = _span_tensions(
+                world, j, tendons.ends[j], entering[world, j], drive[world, j], drawn, room, tension
             )
-            for k in range(ends[j]):
-                old[world, k] = tension[world, j, k] - old[world, k]
-                change = wp.max(change, wp.abs(old[world, k]))
-            for place in range(row_start[j], row_start[j + 1]):
-                i = dof[place]
-                arm = wp.float64(ten_J[world, entry[place]])
-                ahead[world, i] = ahead[world, i] - yielding[world, i] * arm * old[world, span[place]]
+            for k in range(tendons.ends[j]):
+                room.old[world, k] = tension[world, j, k] - room.old[world, k]
+                change = wp.max(change, wp.abs(room.old[world, k]))
+            for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                i = tendons.dof[place]
+                arm = wp.float64(motion.ten_J[world, tendons.entry[place]])
+                room.ahead[world, i] = (
+                    room.ahead[world, i] - yielding[world, i] * arm * room.old[world, tendons.span[place]]
+                )
         if driven > 1:
-            risen = _raise_together(
-                world,
-                ends,
-                row_start,
-                entry,
-                dof,
-                span,
-                entering,
-                drive,
-                yielding,
-                ten_J,
-                shared,
-                reached,
-                tension,
-                ahead,
-            )
+            risen = _raise_together(world, tendons, room, entering, drive, yielding, motion.ten_J, tension)
             change = wp.max(change, risen)
         sweep += 1
         if change <= tolerance * largest:
             sweep = sweeps
-    for j in range(tendons):
-        for place in range(row_start[j], row_start[j + 1]):
-            i = dof[place]
-            beyond = tension[world, j, span[place]] - reached[world, j]
-            applied[world, i] = applied[world, i] - float(wp.float64(ten_J[world, entry[place]]) * beyond)
+    for j in range(count):
+        for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+            i = tendons.dof[place]
+            beyond = tension[world, j, tendons.span[place]] - room.reached[world, j]
+            applied[world, i] = applied[world, i] - float(
+                wp.float64(motion.ten_J[world, tendons.entry[place]]) * beyond
+            )

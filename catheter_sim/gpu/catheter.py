@@ -10,8 +10,10 @@ import numpy as np
 
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.gpu.catheter_kernels import (
+    GapsOnDevice,
     Law,
     State,
+    TubesOnDevice,
     pair_turns_of_copies,
     turn_pairs,
     update_resistance,
@@ -24,14 +26,15 @@ from catheter_sim.robots.catheter.laws import (
     JointResistance,
     JointResistances,
     PairControls,
+    PairTurns,
     StretchLaws,
     TorsionPairs,
     Tube,
     measured_joints,
-    pair_turns,
     stretching,
 )
 from catheter_sim.robots.catheter.laws import Tubes as OneTubes
+from catheter_sim.robots.catheter.measured import PRINTED
 from catheter_sim.robots.catheter.spec import CatheterRobot
 
 # ----------------------------------------------------------------------------------------------------
@@ -42,11 +45,8 @@ class Torsion(DeviceLaw):
     """`robots.catheter.laws.TorsionPairs` in every copy."""
 
     def __init__(self, copies: DeviceCopies, torsion: TorsionPairs) -> None:
-        self._copies, pairs = copies, torsion.arrays()
-        self._shape = pairs.actuators.shape
-        self._fixed = [copies.whole(pairs.actuators), copies.whole(pairs.qpos)]
-        numbers = pairs.radius, pairs.height, pairs.wrap, pairs.home, pairs.stiffness, pairs.gain
-        self._fixed += [copies.real(item) for item in numbers]
+        self._copies, self._shape = copies, torsion.actuators.shape
+        self._fixed = copies.whole(torsion.actuators), copies.whole(torsion.angles), copies.real(torsion.law)
         self._bias = copies.own("actuator_biasprm")
 
     def before(self) -> None:
@@ -73,7 +73,8 @@ class Resistance(DeviceLaw):
         )
         gaps = len(places[0])
         self._shape = (gaps,)
-        self._fixed = [copies.whole(item) for item in places] + [copies.real(item) for item in numbers]
+        arrays = [copies.whole(item) for item in places] + [copies.real(item) for item in numbers]
+        self._gaps = copies.filled(GapsOnDevice, *arrays)
         self._history = [copies.room(gaps), copies.room(gaps), copies.room(2, gaps)]
         self._springs = [copies.own("jnt_stiffness"), copies.own("qpos_spring")]
         self._home = [copies.wp.clone(item) for item in self._springs]
@@ -83,7 +84,7 @@ class Resistance(DeviceLaw):
         data = self._copies.data
         state = data.qpos, data.qfrc_actuator, data.qfrc_applied
         kernel = update_resistance
-        self._copies.launch(kernel, self._shape, *self._fixed, *state, *self._history, *self._springs)
+        self._copies.launch(kernel, self._shape, self._gaps, *state, *self._history, *self._springs)
 
     def reset(self) -> None:
         """Return to unbent gaps without history."""
@@ -99,11 +100,11 @@ class DeviceStretching(DeviceLaw):
     def __init__(self, copies: DeviceCopies, laws: StretchLaws) -> None:
         """Prepare; the tendons must be new."""
         self._copies = copies
-        layout = laws.layout()
-        self._shape = layout.actuators.shape
-        law = [value for field in dataclasses.astuple(layout.law) for value in np.atleast_1d(field)]
-        self._fixed = [Law(*law), copies.whole(layout.actuators), copies.whole(layout.tendons)]
-        self._fixed += [copies.real(item) for item in (layout.rest, layout.length, layout.compliance)]
+        self._shape = laws.actuators.shape
+        law = [value for field in dataclasses.astuple(PRINTED) for value in np.atleast_1d(field)]
+        lengths, compliances = zip(*((item.length, item.compliance) for item in laws.tendons), strict=True)
+        self._fixed = [Law(*law), copies.whole(laws.actuators), copies.whole(laws.numbers)]
+        self._fixed += [copies.real(item) for item in (laws.rest, lengths, compliances)]
         self._states = copies.room(*self._shape, dtype=State)
         self._actuators = [copies.own("actuator_gainprm"), copies.own("actuator_biasprm")]
         self._home = [copies.wp.clone(item) for item in self._actuators]
@@ -127,9 +128,10 @@ class DeviceTubes(DeviceLaw):
     def __init__(self, copies: DeviceCopies, tubes: Sequence[Tube]) -> None:
         self._copies, self._shape = copies, (len(tubes),)
         layouts = [tube.layout() for tube in tubes]
-        self._fixed = [copies.whole(np.array([item.places for item in layouts]))]
-        names = "curvature", "beyond_m", "springs", "drive_stiffness"
-        self._fixed += [copies.real(np.array([getattr(item, name) for item in layouts])) for name in names]
+        places, *numbers = (np.array(column) for column in zip(*layouts, strict=True))
+        self._tubes = copies.filled(
+            TubesOnDevice, copies.whole(places), *(copies.real(item) for item in numbers)
+        )
         fields = "tendon_stiffness", "tendon_lengthspring", "qpos_spring"
         self._springs = [copies.own(name) for name in fields]
         self._springs += [copies.own("actuator_gainprm"), copies.own("actuator_biasprm")]
@@ -138,8 +140,7 @@ class DeviceTubes(DeviceLaw):
         """Let springs and drives be those of the present lengths and angles."""
         data = self._copies.data
         forces = data.qfrc_smooth, data.qfrc_passive, data.qfrc_actuator, data.qfrc_constraint
-        kernel = update_tubes
-        self._copies.launch(kernel, self._shape, *self._fixed, data.qpos, *forces, *self._springs)
+        self._copies.launch(update_tubes, self._shape, self._tubes, data.qpos, *forces, *self._springs)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -165,7 +166,7 @@ def laws(
 
 def turns(robot: CatheterRobot, place: RobotInModel, copies: DeviceCopies, ends: Any) -> TurnsKernel:
     """Return what finds the turns of the bending joints' tendons."""
-    own = pair_turns(robot, place)
+    own = PairTurns(robot, place)
     pairs = len(own.gaps)
     gaps = np.zeros((pairs, max(len(each) for each in own.gaps)))
     passes = np.zeros((pairs, pairs))

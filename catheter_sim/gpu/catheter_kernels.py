@@ -1,20 +1,21 @@
-"""A catheter's laws as Warp kernels, one thread for each copy and gap, tendon, pair or tube."""
+"""A catheter's laws as Warp kernels, one thread for each copy and gap, tendon, pair or tube.
 
-# mypy: disable-error-code="valid-type"
-# Warp states the type of an array by a call.
+The same as `catheter_sim.robots.catheter.laws`, `.measured` and `.kinematics`, in double precision; what
+MuJoCo Warp hands over and takes is single.
+"""
+
+# mypy: disable-error-code="valid-type, index"
+# Warp states the type of an array, or of a vector of so many numbers, by a call.
 
 import math
 
 import warp as wp
 
 from catheter_sim.gpu.device_types import vec10
-from catheter_sim.robots.catheter import kinematics, measured
-from catheter_sim.robots.catheter import laws as catheter_stretch
-from catheter_sim.robots.catheter import laws as catheter_tube
-from catheter_sim.robots.catheter import laws as law
+from catheter_sim.robots.catheter import kinematics, laws, measured
 
 # ----------------------------------------------------------------------------------------------------
-# By how much the tendons of all copies' bending joints turn, as a Warp kernel, in double precision.
+# By how much the tendons of bending joints turn.
 
 
 @wp.kernel(enable_backward=False)
@@ -28,13 +29,8 @@ def pair_turns_of_copies(
 ):
     """As `robots.catheter.laws.PairTurns`, one thread for each copy and pair.
 
-    Args:
-        path: by which all turn before the base [rad].
-        qpos: MuJoCo's positions.
-        gaps: where in them the pairs' gaps are, shape (p, n).
-        ends: number of gaps of each, shape (p,) or more.
-        passes: 1 where a pair passes the joint of another one, shape (p, p).
-        turn: out, the pairs' tendons and then their antagonists', shape (m, 2 p, n) [rad].
+    Of p pairs where their gaps are in `qpos` (p, n), number of gaps (p,) or more, and 1 where one passes the
+    joint of another (p, p). Out: turns of the pairs' tendons and then their antagonists' (m, 2 p, n) [rad].
     """
     world, pair = wp.tid()
     pairs = gaps.shape[0]
@@ -57,50 +53,55 @@ def pair_turns_of_copies(
 
 
 # ----------------------------------------------------------------------------------------------------
-# `catheter_sim.robots.catheter.laws` as a Warp kernel, one thread for each copy and gap.
-#
-# In double precision; what MuJoCo Warp hands over and takes is single.
+# Joints that resist as measured.
 
 
-_STICK_RATIO = wp.constant(wp.float64(law.STICK_RATIO))
-_LEAST_RATIO = wp.constant(wp.float64(law.LEAST_RATIO))
-_DIFFERENCE = wp.constant(wp.float64(math.radians(law.DIFFERENCE_DEG)))  # [rad]
-_APART = wp.constant(wp.float64(law.APART))
+_STICK_RATIO = wp.constant(wp.float64(laws.STICK_RATIO))
+_LEAST_RATIO = wp.constant(wp.float64(laws.LEAST_RATIO))
+_DIFFERENCE = wp.constant(wp.float64(math.radians(laws.DIFFERENCE_DEG)))  # [rad]
+_APART = wp.constant(wp.float64(laws.APART))
 _DEGREES = wp.constant(wp.float64(math.degrees(1.0)))
 _ZERO = wp.constant(wp.float64(0.0))
 _HALF = wp.constant(wp.float64(0.5))
 _ONE = wp.constant(wp.float64(1.0))
 
 
+@wp.struct
+class GapsOnDevice:
+    """The gaps of joints that resist as measured, g of them."""
+
+    joint_index: wp.array(dtype=int)  # in MuJoCo, as the next two
+    qpos_index: wp.array(dtype=int)
+    dof_index: wp.array(dtype=int)
+    gaps: wp.array(dtype=wp.float64)  # number of the gap's joint
+    scale: wp.array(dtype=wp.float64)  # moment per radian of a gap [N m/rad]
+    arms: wp.array2d(dtype=wp.float64)  # of the joint's tendons and half of a gap, (g, 2) [m]
+    loading: wp.array2d(dtype=wp.float64)  # Algorithm 2, (g, 4)
+    bounds: wp.array2d(dtype=wp.float64)  # (g, 2)
+    c_1: wp.array2d(dtype=wp.float64)  # (g, 3)
+    c_2: wp.array2d(dtype=wp.float64)  # (g, 3)
+
+
 @wp.func
-def _slipping(
-    k: int,
-    angle: wp.float64,
-    turn: wp.float64,
-    gaps: wp.float64,
-    least: wp.float64,
-    arms: wp.array2d(dtype=wp.float64),
-    loading: wp.array2d(dtype=wp.float64),
-    bounds: wp.array2d(dtype=wp.float64),
-    c_1: wp.array2d(dtype=wp.float64),
-    c_2: wp.array2d(dtype=wp.float64),
-) -> wp.vec2d:
+def _slipping(gap: GapsOnDevice, k: int, angle: wp.float64, turn: wp.float64, least: wp.float64) -> wp.vec2d:
     """Return the moments at which a gap slips back and on, with the angle's sign [N m]."""
     size = wp.abs(angle)
-    bend = size * _DEGREES * gaps
-    arm = arms[k, 0] * wp.cos(_HALF * size) + arms[k, 1] * wp.sin(_HALF * size)
-    tension = loading[k, 0] + bend * (loading[k, 1] + bend * (loading[k, 2] + bend * loading[k, 3]))
+    bend = size * _DEGREES * gap.gaps[k]
+    arm = gap.arms[k, 0] * wp.cos(_HALF * size) + gap.arms[k, 1] * wp.sin(_HALF * size)
+    tension = gap.loading[k, 0] + bend * (
+        gap.loading[k, 1] + bend * (gap.loading[k, 2] + bend * gap.loading[k, 3])
+    )
     tension = wp.max(tension, _ZERO)
     piece = int(2)  # noqa: UP018, RUF046 - a literal would be a constant to Warp
-    if turn <= bounds[k, 0]:
+    if turn <= gap.bounds[k, 0]:
         piece = 0
-    elif turn <= bounds[k, 1]:
+    elif turn <= gap.bounds[k, 1]:
         piece = 1
     back = wp.float64(0.0)
     if turn > _ZERO:
-        power = wp.pow(wp.min(bend, turn) / (turn + wp.float64(0.01)), c_2[k, piece])
+        power = wp.pow(wp.min(bend, turn) / (turn + wp.float64(0.01)), gap.c_2[k, piece])
         inverse = _HALF * wp.log((_ONE + power) / (_ONE - power))
-        back = wp.min(tension / c_1[k, piece] * inverse, tension)
+        back = wp.min(tension / gap.c_1[k, piece] * inverse, tension)
     on = wp.max(tension * arm, least * size)
     back = wp.max(back * arm, least * size)
     if angle >= _ZERO:
@@ -110,16 +111,7 @@ def _slipping(
 
 @wp.kernel(enable_backward=False)
 def update_resistance(
-    joint_index: wp.array(dtype=int),
-    qpos_index: wp.array(dtype=int),
-    dof_index: wp.array(dtype=int),
-    gaps: wp.array(dtype=wp.float64),
-    scale: wp.array(dtype=wp.float64),
-    arms: wp.array2d(dtype=wp.float64),
-    loading: wp.array2d(dtype=wp.float64),
-    bounds: wp.array2d(dtype=wp.float64),
-    c_1: wp.array2d(dtype=wp.float64),
-    c_2: wp.array2d(dtype=wp.float64),
+    gap: GapsOnDevice,
     qpos: wp.array2d(dtype=float),
     actuated: wp.array2d(dtype=float),
     applied: wp.array2d(dtype=float),
@@ -132,37 +124,29 @@ def update_resistance(
     """Let the gaps' springs have the moments of the law at the present angles.
 
     Args:
-        joint_index, qpos_index, dof_index: of the gaps in MuJoCo, shape (g,).
-        gaps: number of the gap's joint, shape (g,).
-        scale: moment per radian of a gap [N m/rad], shape (g,).
-        arms: of the joint's tendons and half of a gap, shape (g, 2) [m].
-        loading, bounds, c_1, c_2: Algorithm 2, shapes (g, 4), (g, 2), (g, 3), (g, 3).
+        gap: all of them.
         qpos, actuated, applied: MuJoCo's; forces of the step before.
         angles, moments: in and out: history, shape (m, g).
         turns: in and out: to which each was last loaded, toward + and toward -, shape (m, 2, g) [deg].
         jnt_stiffness, qpos_spring: out.
     """
     world, k = wp.tid()
-    angle = wp.float64(qpos[world, qpos_index[k]])
-    stick = _STICK_RATIO * scale[k]
-    least = _LEAST_RATIO * scale[k]
+    angle = wp.float64(qpos[world, gap.qpos_index[k]])
+    stick = _STICK_RATIO * gap.scale[k]
+    least = _LEAST_RATIO * gap.scale[k]
     stuck = moments[world, k] + stick * (angle - angles[world, k])
     side = int(0)  # noqa: UP018, RUF046
     if angle < _ZERO:
         side = 1
-    nudge = _DIFFERENCE / gaps[k]
+    nudge = _DIFFERENCE / gap.gaps[k]
     onward = angle + nudge
     side_on = int(0)  # noqa: UP018, RUF046
     if onward < _ZERO:
         side_on = 1
-    here = _slipping(
-        k, angle, turns[world, side, k], gaps[k], least, arms, loading, bounds, c_1, c_2
-    )  # fmt: skip
-    there = _slipping(
-        k, onward, turns[world, side_on, k], gaps[k], least, arms, loading, bounds, c_1, c_2
-    )  # fmt: skip
+    here = _slipping(gap, k, angle, turns[world, side, k], least)
+    there = _slipping(gap, k, onward, turns[world, side_on, k], least)
     moment = wp.min(wp.max(stuck, here[0]), here[1])
-    i = dof_index[k]
+    i = gap.dof_index[k]
     pulled = wp.float64(actuated[world, i]) + wp.float64(applied[world, i])
     slope = wp.float64(stick)
     if stuck > here[1] and pulled >= moment:
@@ -170,7 +154,7 @@ def update_resistance(
     if stuck < here[0] and pulled <= moment:
         slope = (there[0] - here[0]) / nudge
     slope = wp.max(slope, least)
-    bend = wp.abs(angle) * _DEGREES * gaps[k]
+    bend = wp.abs(angle) * _DEGREES * gap.gaps[k]
     inner = wp.abs(here[0])
     outer = wp.abs(here[1])
     outward = stuck >= here[1]
@@ -182,22 +166,14 @@ def update_resistance(
         turns[world, side, k] = bend
     angles[world, k] = angle
     moments[world, k] = moment
-    jnt_stiffness[world, joint_index[k]] = float(slope)
-    qpos_spring[world, qpos_index[k]] = float(angle - moment / slope)
+    jnt_stiffness[world, gap.joint_index[k]] = float(slope)
+    qpos_spring[world, gap.qpos_index[k]] = float(angle - moment / slope)
 
 
 # ----------------------------------------------------------------------------------------------------
-# Tendons that stretch by Nayar 2023, Algorithm 1, as a Warp kernel, one thread for each copy and tendon.
-#
-# The same as `catheter_sim.robots.catheter.measured` and
-# `catheter_sim.robots.catheter.laws`, in double precision; what MuJoCo Warp hands over and takes
-# is single.
+# Tendons that stretch by Nayar 2023, Algorithm 1.
 
-# mypy: disable-error-code="valid-type, index"
-# Warp states the type of an array, or of a vector of so many numbers, by a call.
-
-
-# A tendon's law: the envelope's p_1 to p_4, gamma, a_n, b_n, phi, beta (`elongation.TendonLaw`).
+# A tendon's law: the envelope's p_1 to p_4, gamma, a_n, b_n, phi, beta (`measured.TendonLaw`).
 Law = wp.types.vector(length=9, dtype=wp.float64)
 # Its history: strain, tension, phase, cycle, most (strain, tension), anchor (strain, tension).
 State = wp.types.vector(length=8, dtype=wp.float64)
@@ -205,9 +181,9 @@ State = wp.types.vector(length=8, dtype=wp.float64)
 _LARGEST_STRAIN = wp.constant(wp.float64(measured.LARGEST_STRAIN))
 _UNTOUCHED = wp.constant(wp.float64(measured.UNTOUCHED))
 _TOUCH = wp.constant(wp.float64(measured.TOUCH))
-_SHAKE = wp.constant(wp.float64(catheter_stretch.SHAKE))
-_STRAIN_DIFFERENCE = wp.constant(wp.float64(catheter_stretch.DIFFERENCE))
-_SEARCHED = wp.constant(wp.float64(catheter_stretch.LARGEST_STRAIN))
+_SHAKE = wp.constant(wp.float64(laws.SHAKE))
+_STRAIN_DIFFERENCE = wp.constant(wp.float64(laws.DIFFERENCE))
+_SEARCHED = wp.constant(wp.float64(laws.LARGEST_STRAIN))
 _BISECTIONS = wp.constant(60)
 _NEVER = wp.constant(wp.float64(1e30))  # strain: beyond all
 _THIRD_TURN = wp.constant(wp.float64(2.0 * math.pi / 3.0))
@@ -220,7 +196,7 @@ _THREE = wp.constant(wp.float64(3.0))
 
 @wp.func
 def _envelope(law: Law, strain: wp.float64) -> wp.float64:
-    """As `elongation.envelope_N`."""
+    """As `measured.envelope_N`."""
     if strain <= _ZERO:
         return _ZERO
     e = wp.min(strain, _LARGEST_STRAIN)
@@ -230,7 +206,7 @@ def _envelope(law: Law, strain: wp.float64) -> wp.float64:
 
 @wp.func
 def _foot(law: Law, state: State) -> wp.float64:
-    """As `elongation._foot`."""
+    """As `measured._foot`."""
     slack = law[4] * state[4]
     return wp.min(slack + (state[3] - _ONE) * law[8], _HALF * (slack + state[4]))
 
@@ -246,7 +222,7 @@ def _moved(state: State, strain: wp.float64, tension: wp.float64) -> State:
 
 @wp.func
 def _let_go(law: Law, state: State, strain: wp.float64) -> State:
-    """As `elongation._let_go`."""
+    """As `measured._let_go`."""
     slack = law[4] * state[4]
     turn = state[6]
     top = state[7]
@@ -273,7 +249,7 @@ def _nearest(best: wp.float64, root: wp.float64, start: wp.float64) -> wp.float6
 
 @wp.func
 def _meeting(law: Law, start: wp.float64, start_N: wp.float64, slope: wp.float64) -> wp.float64:
-    """As `elongation._meeting`: the first real root, beyond the start, of a cubic."""
+    """As `measured._meeting`: the first real root, beyond the start, of a cubic."""
     a = law[1] / law[0]
     b = (law[2] - slope) / law[0]
     c = (law[3] - start_N + slope * start) / law[0]
@@ -298,7 +274,7 @@ def _meeting(law: Law, start: wp.float64, start_N: wp.float64, slope: wp.float64
 
 @wp.func
 def _pulled_again(law: Law, state: State, strain: wp.float64) -> State:
-    """As `elongation._pulled_again`."""
+    """As `measured._pulled_again`."""
     foot = _foot(law, state)
     start = state[6]
     start_N = state[7]
@@ -315,7 +291,7 @@ def _pulled_again(law: Law, state: State, strain: wp.float64) -> State:
 
 @wp.func
 def _stretched(law: Law, state: State, strain: wp.float64) -> State:
-    """As `elongation.stretched`."""
+    """As `measured.stretched`."""
     changed = state
     if state[2] == _LOADING:
         if strain >= state[0] or state[0] <= _UNTOUCHED:
@@ -355,7 +331,7 @@ def _stretched(law: Law, state: State, strain: wp.float64) -> State:
 def _strain(
     law: Law, state: State, stretch: wp.float64, length: wp.float64, compliance: wp.float64
 ) -> wp.float64:
-    """As `catheter_stretch.StretchingTendon._strain`, by halving."""
+    """As `laws.StretchingTendon._strain`, by halving."""
     if compliance == _ZERO or stretch <= _ZERO:
         return stretch / length
     low = wp.float64(0.0)
@@ -386,14 +362,8 @@ def update_stretch(
 ):
     """Make the actuators the tangents of the law at the present lengths and controls.
 
-    Args:
-        law: of all.
-        actuators, tendons: of each, shape (k,).
-        rest: tendons' lengths unstretched [m], shape (k,).
-        lengths, compliances: as of `catheter_stretch.StretchingTendon`, shape (k,) [m, m/N].
-        ctrl, ten_length: MuJoCo's.
-        states: in and out, shape (m, k).
-        gainprm, biasprm: out: force = gain control + bias + length gain length.
+    Lengths unstretched [m], and `lengths`, `compliances` as of `StretchingTendon`, (k,) [m, m/N]. In and out:
+    the states (m, k). Out: force = gain control + bias + length gain length.
     """
     world, k = wp.tid()
     actuator = actuators[k]
@@ -435,72 +405,59 @@ def update_stretch(
 
 
 # ----------------------------------------------------------------------------------------------------
-# The torsion pairs of `robots.catheter.laws` as a Warp kernel, one thread for each copy and pair.
-#
-# In double precision; what MuJoCo Warp hands over and takes is single.
+# Torsion pairs.
 
 
 @wp.kernel(enable_backward=False)
 def turn_pairs(
     actuators: wp.array(dtype=int),
     qpos_index: wp.array(dtype=int),
-    radius: wp.array(dtype=wp.float64),
-    height: wp.array(dtype=wp.float64),
-    wrap: wp.array(dtype=wp.float64),
-    home: wp.array(dtype=wp.float64),
-    stiffness: wp.array(dtype=wp.float64),
-    gain: wp.array(dtype=wp.float64),
+    law: wp.array2d(dtype=wp.float64),
     qpos: wp.array2d(dtype=float),
     ctrl: wp.array2d(dtype=float),
     biasprm: wp.array2d(dtype=vec10),
 ):
-    """Let the torsion joints' actuators be the tangents that `TorsionPairs.tangent` finds."""
+    """As `robots.catheter.laws.tangents`, which says what `law` (k, 6) holds."""
     world, k = wp.tid()
+    radius = law[k, 0]
+    height = law[k, 1]
     angle = wp.float64(qpos[world, qpos_index[k]])
     control = wp.float64(ctrl[world, actuators[k]])
-    around = radius[k] * wp.max(wrap[k] - wp.abs(angle), _ZERO)
-    wrapped = wp.sqrt(around * around + height[k] * height[k])
-    drawn = wp.abs(home[k] - wrapped)
+    around = radius * wp.max(law[k, 2] - wp.abs(angle), _ZERO)
+    wrapped = wp.sqrt(around * around + height * height)
+    drawn = wp.abs(law[k, 3] - wrapped)
     if angle < _ZERO:
         drawn = -drawn
-    arm = radius[k]
-    if height[k] > _ZERO:
-        arm = radius[k] * around / wrapped
-    moment = stiffness[k] * (control - drawn) * arm
-    slope = stiffness[k] * arm * arm
+    arm = wp.float64(radius)
+    if height > _ZERO:
+        arm = radius * around / wrapped
+    moment = law[k, 4] * (control - drawn) * arm
+    slope = law[k, 4] * arm * arm
     affine = biasprm[world, actuators[k]]
-    affine[0] = float(moment + slope * angle - gain[k] * control)
+    affine[0] = float(moment + slope * angle - law[k, 5] * control)
     affine[1] = float(-slope)
     biasprm[world, actuators[k]] = affine
 
 
 # ----------------------------------------------------------------------------------------------------
-# Exposed tubes that bend, as a Warp kernel, one thread for each copy and tube.
-#
-# The same as `catheter_sim.robots.catheter.laws` and `catheter_sim.robots.catheter.kinematics`, in
-# double precision; what MuJoCo Warp hands over and takes is single.
+# Exposed tubes that bend.
 
-
-# Columns of `places`: see `update`.
-EXIT_X, EXIT_Y, INLET_X, INLET_Y, SLIDE, TWIST, SLIDE_DOF, DRIVE, BEND, SKEW = (0, 1, 2, 3, 4, 5, 6, 7, 8, 10)
-
-_EXIT_X, _EXIT_Y = wp.constant(EXIT_X), wp.constant(EXIT_Y)
-_INLET_X, _INLET_Y = wp.constant(INLET_X), wp.constant(INLET_Y)
-_SLIDE, _TWIST, _SLIDE_DOF = wp.constant(SLIDE), wp.constant(TWIST), wp.constant(SLIDE_DOF)
-_DRIVE, _BEND, _SKEW = wp.constant(DRIVE), wp.constant(BEND), wp.constant(SKEW)
+# Columns of `TubesOnDevice.places`.
+_EXIT_X, _EXIT_Y, _INLET_X, _INLET_Y, _SLIDE = (wp.constant(column) for column in range(5))
+_TWIST, _SLIDE_DOF, _DRIVE, _BEND, _SKEW = (wp.constant(column) for column in (5, 6, 7, 8, 10))
 _SKEW_STIFFNESS = wp.constant(wp.float64(kinematics.SKEW_STIFFNESS))
 _SKEW_SHORTENING = wp.constant(wp.float64(kinematics.SKEW_SHORTENING))
 _SMALL = wp.constant(wp.float64(kinematics.SMALL_RAD))
-_SHORTEST = wp.constant(wp.float64(catheter_tube.SHORTEST_M))
+_SHORTEST = wp.constant(wp.float64(laws.SHORTEST_M))
 _SIX = wp.constant(wp.float64(6.0))
 _TWELVE = wp.constant(wp.float64(12.0))
 
-Turned = wp.types.vector(length=6, dtype=wp.float64)  # the turn, then its slopes, as `tube.end_turn` has them
+Turned = wp.types.vector(length=6, dtype=wp.float64)  # turn and slopes of `kinematics.end_turn`
 
 
 @wp.func
 def _end_turn(x: wp.float64, y: wp.float64) -> Turned:
-    """As `tube.end_turn`."""
+    """As `kinematics.end_turn`."""
     sx = wp.sin(x)
     cx = wp.cos(x)
     sy = wp.sin(y)
@@ -528,13 +485,13 @@ def _end_turn(x: wp.float64, y: wp.float64) -> Turned:
 
 @wp.func
 def _end_twist(x: wp.float64, y: wp.float64) -> wp.float64:
-    """As `tube.end_twist_rad`."""
+    """As `kinematics.end_twist_rad`."""
     return _TWO * wp.atan(wp.tan(_HALF * x) * wp.tan(_HALF * y))
 
 
 @wp.func
 def _chord_share(bend: wp.float64, skew: wp.float64) -> wp.vec2d:
-    """Return the first two of what `tube.chord_share` does."""
+    """Return the first two of what `kinematics.chord_share` does."""
     half = _HALF * bend
     share = _ONE - half * half / _SIX
     slope = -_ONE / _TWELVE
@@ -554,19 +511,26 @@ def _set(
     tendon_stiffness: wp.array2d(dtype=float),
     lengthspring: wp.array2d(dtype=wp.vec2),
 ):
-    """As `catheter_tube.Tube._set`."""
+    """As `laws.Tube._set`."""
     rest = float(length + moment / stiffness)
     tendon_stiffness[world, spring] = float(stiffness)
     lengthspring[world, spring] = wp.vec2(rest, rest)
 
 
+@wp.struct
+class TubesOnDevice:
+    """As `robots.catheter.laws.TubeArrays`, of k tubes."""
+
+    places: wp.array2d(dtype=int)
+    curvature: wp.array2d(dtype=wp.float64)
+    beyond: wp.array(dtype=wp.float64)
+    springs: wp.array2d(dtype=wp.float64)
+    drive_stiffness: wp.array(dtype=wp.float64)
+
+
 @wp.kernel(enable_backward=False)
 def update_tubes(
-    places: wp.array2d(dtype=int),
-    curvature: wp.array2d(dtype=wp.float64),
-    beyond: wp.array(dtype=wp.float64),
-    springs: wp.array2d(dtype=wp.float64),
-    drive_stiffness: wp.array(dtype=wp.float64),
+    tube: TubesOnDevice,
     qpos: wp.array2d(dtype=float),
     smooth: wp.array2d(dtype=float),
     passive: wp.array2d(dtype=float),
@@ -578,25 +542,16 @@ def update_tubes(
     gainprm: wp.array2d(dtype=vec10),
     biasprm: wp.array2d(dtype=vec10),
 ):
-    """Let springs and drives be those of the tubes' present lengths and angles.
+    """Let springs and drives be those of the tubes' present lengths and angles, by the last step's forces.
 
-    Args:
-        places: of each tube in MuJoCo: positions of the hinges `exit` toward x and y, `inlet` likewise, of
-            the slide and the twist; the slide's degree of freedom, its actuator, the springs against the
-            whole bend and against skew, two each, shape (k, 12).
-        curvature: at rest, toward x and y, shape (k, 2) [1/m].
-        beyond: length of what is carried [m], shape (k,).
-        springs: stiffness times length, and the part that no length changes, shape (k, 2) [N m^2, N m].
-        drive_stiffness: of the drives, shape (k,) [N/m].
-        qpos, smooth, passive, actuated, constraint: MuJoCo's; forces of the step before.
-        tendon_stiffness, lengthspring, qpos_spring, gainprm, biasprm: out.
+    The last five are written.
     """
     world, t = wp.tid()
-    exit_x = wp.float64(qpos[world, places[t, _EXIT_X]])
-    exit_y = wp.float64(qpos[world, places[t, _EXIT_Y]])
-    inlet_x = wp.float64(qpos[world, places[t, _INLET_X]])
-    inlet_y = wp.float64(qpos[world, places[t, _INLET_Y]])
-    chord = wp.float64(qpos[world, places[t, _SLIDE]])
+    exit_x = wp.float64(qpos[world, tube.places[t, _EXIT_X]])
+    exit_y = wp.float64(qpos[world, tube.places[t, _EXIT_Y]])
+    inlet_x = wp.float64(qpos[world, tube.places[t, _INLET_X]])
+    inlet_y = wp.float64(qpos[world, tube.places[t, _INLET_Y]])
+    chord = wp.float64(qpos[world, tube.places[t, _SLIDE]])
     a = _end_turn(exit_x, exit_y)
     b = _end_turn(inlet_x, inlet_y)
     bend = wp.vec2d(a[0] + b[0], a[1] + b[1])
@@ -604,15 +559,15 @@ def update_tubes(
     shared = _chord_share(wp.length(bend), wp.length(skew))
     share = shared[0]
     length = wp.max(chord / share, _ZERO)
-    stiffness = springs[t, 0] / wp.max(length, _SHORTEST) + springs[t, 1]
-    dof = places[t, _SLIDE_DOF]
+    stiffness = tube.springs[t, 0] / wp.max(length, _SHORTEST) + tube.springs[t, 1]
+    dof = tube.places[t, _SLIDE_DOF]
     load = wp.float64(smooth[world, dof]) - wp.float64(passive[world, dof])
     load = load - wp.float64(actuated[world, dof]) + wp.float64(constraint[world, dof])
     axial = load * length
-    rest = wp.vec2d(curvature[t, 0], curvature[t, 1])
+    rest = wp.vec2d(tube.curvature[t, 0], tube.curvature[t, 1])
     m = (axial * shared[1]) * bend - stiffness * (bend - length * rest)
     n = (-_TWO * _SKEW_SHORTENING * axial - _SKEW_STIFFNESS * stiffness) * skew
-    held = wp.max(load, _ZERO) * (length + beyond[t])
+    held = wp.max(load, _ZERO) * (length + tube.beyond[t])
     on_bend = stiffness + held
     on_skew = _SKEW_STIFFNESS * stiffness + held
     exit_on_x = a[2] * (m[0] + n[0]) + a[4] * (m[1] + n[1])
@@ -621,10 +576,10 @@ def update_tubes(
     inlet_on_y = b[3] * (m[0] - n[0]) + b[5] * (m[1] - n[1])
     whole_x = exit_x + inlet_x - rest[0] * chord
     whole_y = exit_y + inlet_y - rest[1] * chord
-    bend_x = places[t, _BEND]
-    bend_y = places[t, _BEND + 1]
-    skew_x = places[t, _SKEW]
-    skew_y = places[t, _SKEW + 1]
+    bend_x = tube.places[t, _BEND]
+    bend_y = tube.places[t, _BEND + 1]
+    skew_x = tube.places[t, _SKEW]
+    skew_y = tube.places[t, _SKEW + 1]
     mean_x = _HALF * (exit_on_x + inlet_on_x)
     mean_y = _HALF * (exit_on_y + inlet_on_y)
     half_x = _HALF * (exit_on_x - inlet_on_x)
@@ -634,11 +589,11 @@ def update_tubes(
     _set(world, skew_x, exit_x - inlet_x, half_x, on_skew, tendon_stiffness, lengthspring)
     _set(world, skew_y, exit_y - inlet_y, half_y, on_skew, tendon_stiffness, lengthspring)
     twist = _end_twist(inlet_x, inlet_y) - _end_twist(exit_x, exit_y)
-    qpos_spring[world, places[t, _TWIST]] = float(twist)
-    drive = places[t, _DRIVE]
+    qpos_spring[world, tube.places[t, _TWIST]] = float(twist)
+    drive = tube.places[t, _DRIVE]
     gain = gainprm[world, drive]
-    gain[0] = float(drive_stiffness[t] / share)
+    gain[0] = float(tube.drive_stiffness[t] / share)
     gainprm[world, drive] = gain
     affine = biasprm[world, drive]
-    affine[1] = float(-drive_stiffness[t] / (share * share))
+    affine[1] = float(-tube.drive_stiffness[t] / (share * share))
     biasprm[world, drive] = affine

@@ -111,6 +111,13 @@ class DeviceCopies:
         """Return zeros on the device for each copy, shape (m, ...); default: in double precision."""
         return self.wp.zeros((self.count, *shape), dtype=dtype or self.wp.float64)
 
+    def filled(self, struct: Any, *values: Any) -> Any:
+        """Return a Warp struct with these values, in the order of its fields."""
+        item = struct()
+        for name, value in zip(struct.vars, values, strict=True):
+            setattr(item, name, value)
+        return item
+
     def own(self, name: str) -> Any:
         """Give each copy its own values of a field of the model, and return them, shape (m, ...)."""
         field = getattr(self.model, name)

@@ -10,7 +10,15 @@ import numpy as np
 
 from catheter_sim.core.law import Pulls
 from catheter_sim.errors import InputError
-from catheter_sim.gpu.batch_kernels import given, know_joints, slacken, solve_tensions
+from catheter_sim.gpu.batch_kernels import (
+    MotionOnDevice,
+    RoomOnDevice,
+    TendonsOnDevice,
+    given,
+    know_joints,
+    slacken,
+    solve_tensions,
+)
 from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, Gpu, TurnsKernel
 from catheter_sim.mechanics.hysteresis import clamp_of_slack
 from catheter_sim.robots import kind_of
@@ -30,13 +38,7 @@ class DeviceDrive(DeviceLaw):
     """
 
     def __init__(self, copies: DeviceCopies, model: mujoco.MjModel, pulls: Pulls) -> None:
-        """Prepare.
-
-        Args:
-            copies: where it runs.
-            model: MuJoCo's.
-            pulls: the simulator's.
-        """
+        """Prepare for MuJoCo's model and the simulator's pulls."""
         self._copies, self._driven = copies, not pulls.given
         tendons = len(pulls.actuators)
         self.entering, self.drive = copies.room(tendons), copies.room(tendons)
@@ -88,27 +90,27 @@ class DeviceFriction(DeviceLaw):
         law: CapstanFriction,
         drive: DeviceDrive,
     ) -> None:
-        """Prepare the law.
-
-        Args:
-            copies: where it runs.
-            model: MuJoCo's.
-            law: the simulator's own.
-            drive: what knows the tensions at the actuators; it must go first.
-        """
+        """Prepare for the simulator's own law; `drive`, which must go first, knows the pulls."""
         self._copies, self._drive = copies, drive
-        layout, wp = law.layout(), copies.wp
-        spans, tendons, nv = layout.spans, len(layout.ends), model.nv
-        self.ends = copies.whole(layout.ends)
+        rows, wp = law.tendons, copies.wp
+        spans, tendons, nv = law.spans, len(rows.ends), model.nv
+        self.ends = copies.whole(rows.ends)
         self.tension = copies.room(tendons, spans)
         self._turn = copies.room(tendons, spans)
-        self._yielding = copies.each(layout.yielding)
-        rows = layout.starts, layout.entries, layout.dofs, layout.span
-        self._fixed = [wp.float64(layout.mu), self.ends, *(copies.whole(item) for item in rows)]
-        self._fixed += [SWEEPS, wp.float64(SWEEP_TOLERANCE)]
+        self._yielding = copies.each(law.yielding)
+        places = rows.row_start, rows.entry, rows.dof, rows.span
         sizes = [(tendons, spans), (tendons, spans), (spans,), (nv,), (spans,)]
         sizes += [(2 * spans,), (2 * spans,), (spans,), (tendons,), (2 * tendons + 4 + nv, tendons)]
-        self._room = [copies.room(*size) for size in sizes]
+        data = copies.data
+        forces = data.qfrc_passive, data.qfrc_bias, data.qfrc_constraint
+        self._fixed = [
+            wp.float64(law.mu),
+            SWEEPS,
+            wp.float64(SWEEP_TOLERANCE),
+            copies.filled(TendonsOnDevice, self.ends, *(copies.whole(item) for item in places)),
+            copies.filled(RoomOnDevice, *(copies.room(*size) for size in sizes)),
+            copies.filled(MotionOnDevice, data.ten_J, data.qvel, *forces),
+        ]
         timestep = wp.float64(model.opt.timestep)
         self._joints = [timestep, copies.whole(model.jnt_dofadr)]
         self._joints += [copies.real(model.dof_armature), copies.real(model.dof_damping)]
@@ -126,9 +128,8 @@ class DeviceFriction(DeviceLaw):
         copies, data, drive = self._copies, self._copies.data, self._drive
         kernel, shape, arguments = self.find_turns
         copies.launch(kernel, shape, *arguments, self._turn)
-        state = data.ten_J, data.qvel, data.qfrc_passive, data.qfrc_bias, data.qfrc_constraint
-        inputs = *self._fixed, drive.entering, drive.drive, self._turn, self._yielding, *state
-        copies.launch(solve_tensions, (), *inputs, self.tension, *self._room, data.qfrc_applied)
+        inputs = *self._fixed, drive.entering, drive.drive, self._turn, self._yielding
+        copies.launch(solve_tensions, (), *inputs, self.tension, data.qfrc_applied)
 
     def reset(self) -> None:
         """Forget the history."""
@@ -140,11 +141,7 @@ class DeviceFriction(DeviceLaw):
 
 
 def laws_of(simulator: Simulator, copies: DeviceCopies) -> list[DeviceLaw]:
-    """Return the laws of a simulator for its copies.
-
-    Args:
-        simulator: at rest.
-        copies: where they run.
+    """Return the laws of a simulator, at rest, for its copies.
 
     Raises:
         InputError: its kind has no laws for a device.

@@ -6,7 +6,14 @@ from typing import Any
 
 from catheter_sim.core.law import RobotInModel
 from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, DevicePulls, TurnsKernel
-from catheter_sim.gpu.rolling_kernels import compress, place, pull_evenly, resist, turns_of_copies
+from catheter_sim.gpu.rolling_kernels import (
+    LinksOnDevice,
+    compress,
+    place,
+    pull_evenly,
+    resist,
+    turns_of_copies,
+)
 from catheter_sim.robots.rolling.laws import RodElasticity, RodTurns
 from catheter_sim.robots.rolling.laws import Rolling as OneRolling
 from catheter_sim.robots.rolling.spec import RollingRobot
@@ -21,13 +28,10 @@ class DeviceRolling(DeviceLaw):
     def __init__(
         self, copies: DeviceCopies, rolling: OneRolling, rods: RodElasticity, pulls: DevicePulls, tension: Any
     ) -> None:
-        """Prepare.
+        """Prepare from the simulator's own laws.
 
-        Args:
-            copies: where it runs.
-            rolling, rods: the simulator's own.
-            pulls: what knows the tensions at the actuators.
-            tension: in the gaps, as friction leaves it, shape (m, t, n) [N]; None: without friction.
+        `pulls` knows the tensions at the actuators; `tension` is that in the gaps, as friction leaves it, (m,
+        t, n) [N]; None: without friction.
         """
         self._copies, self._pulls = copies, pulls
         layout = rolling.layout()
@@ -47,10 +51,11 @@ class DeviceRolling(DeviceLaw):
         self._compressible = rolling.compressible
         if self._compressible:
             self._tension = copies.room(*self._pulled) if tension is None else tension
-            self._ends = copies.whole(layout.ends)
-            self._stiff = [copies.real(layout.length), copies.real(layout.compliance)]
-            self._tops = [copies.whole(layout.top_link), copies.real(layout.top_depth)]
-            self._tops += [copies.whole(layout.top_site)]
+            stiff = copies.real(layout.length), copies.real(layout.compliance)
+            tops = copies.whole(layout.top_link), copies.real(layout.top_depth), copies.whole(layout.top_site)
+            self._compressed = copies.filled(
+                LinksOnDevice, copies.whole(layout.ends), self._body_index, *stiff, *tops
+            )
             self._sites = copies.own("site_pos")
             self._home = copies.wp.clone(self._sites)
 
@@ -61,9 +66,8 @@ class DeviceRolling(DeviceLaw):
             if self._even:
                 self._pulls.between()
                 copies.launch(pull_evenly, self._pulled, self._pulls.entering, self._tension)
-            loads = self._tension, self._ends, model.opt.gravity, model.body_mass, data.xmat
-            links = self._body_index, *self._stiff, *self._tops, self._length, self._sites
-            copies.launch(compress, (), *loads, *links)
+            loads = self._tension, model.opt.gravity, model.body_mass, data.xmat
+            copies.launch(compress, (), self._compressed, *loads, self._length, self._sites)
         joints = data.qpos, self._qpos, self._joint, self._axis, self._length
         places = self._joint_index, self._body_index, self._hinges, self._links
         copies.launch(place, (), *joints, *places)

@@ -135,19 +135,26 @@ def turns_of_copies(
             turn[world, j, k + 1] = wp.float64(2.0) * angle
 
 
+@wp.struct
+class LinksOnDevice:
+    """As the arguments of `robots.rolling.laws.compress` and `place_tops` that do not change."""
+
+    ends: wp.array(dtype=int)
+    body_index: wp.array(dtype=int)
+    free_length: wp.array(dtype=wp.float64)
+    compliance: wp.array(dtype=wp.float64)
+    top_link: wp.array(dtype=int)
+    top_depth: wp.array(dtype=wp.float64)
+    top_site: wp.array(dtype=int)
+
+
 @wp.kernel(enable_backward=False)
 def compress(
+    link: LinksOnDevice,
     tension: wp.array3d(dtype=wp.float64),
-    ends: wp.array(dtype=int),
     gravity: wp.array(dtype=wp.vec3),
     body_mass: wp.array2d(dtype=float),
     xmat: wp.array2d(dtype=wp.mat33),
-    body_index: wp.array(dtype=int),
-    free_length: wp.array(dtype=wp.float64),
-    compliance: wp.array(dtype=wp.float64),
-    top_link: wp.array(dtype=int),
-    top_depth: wp.array(dtype=wp.float64),
-    top_site: wp.array(dtype=int),
     length: wp.array2d(dtype=wp.float64),
     site_pos: wp.array2d(dtype=wp.vec3),
 ):
@@ -158,25 +165,25 @@ def compress(
     world = wp.tid()
     pull = wp.vec3d(gravity[world % gravity.shape[0]])
     beyond = wp.float64(0.0)  # mass of this link and those beyond it
-    links = free_length.shape[0]
+    links = link.free_length.shape[0]
     for place in range(links):
         k = links - 1 - place
-        body = body_index[k]
+        body = link.body_index[k]
         beyond += wp.float64(body_mass[world % body_mass.shape[0], body])
         turned = xmat[world, body]
         along = wp.vec3d(wp.float64(turned[0, 2]), wp.float64(turned[1, 2]), wp.float64(turned[2, 2]))
         inside = -beyond * wp.dot(pull, along)
         for j in range(tension.shape[1]):
-            if k < ends[j]:
+            if k < link.ends[j]:
                 above = tension[world, j, k]
-                if k + 1 < ends[j]:
+                if k + 1 < link.ends[j]:
                     above = tension[world, j, k + 1]
                 inside += wp.float64(0.5) * (tension[world, j, k] + above)
-        length[world, k] = free_length[k] - inside * compliance[k]
-    for i in range(top_site.shape[0]):
-        site = site_pos[world, top_site[i]]
-        site[2] = float(length[world, top_link[i]] - top_depth[i])
-        site_pos[world, top_site[i]] = site
+        length[world, k] = link.free_length[k] - inside * link.compliance[k]
+    for i in range(link.top_site.shape[0]):
+        site = site_pos[world, link.top_site[i]]
+        site[2] = float(length[world, link.top_link[i]] - link.top_depth[i])
+        site_pos[world, link.top_site[i]] = site
 
 
 @wp.kernel(enable_backward=False)

@@ -126,14 +126,9 @@ def arc_functions(angle2: Array) -> tuple[Array, Array]:
 
 
 def arc_end(bend: Array, length: Array) -> tuple[Array, Array]:
-    """Return where an arc ends in the frame of its start.
+    """Return where arcs of bend (..., 2) [rad] and length (...) [m] end, in the frames of their starts.
 
-    Args:
-        bend: bend vector, shape (..., 2) [rad].
-        length: shape (...) [m].
-
-    Returns:
-        Position, shape (..., 3) [m], and orientation, shape (..., 3, 3).
+    Position (..., 3) [m] and orientation (..., 3, 3).
     """
     x, y = bend[..., 0], bend[..., 1]
     sine, versine = arc_functions(x * x + y * y)
@@ -153,12 +148,8 @@ def arc_end(bend: Array, length: Array) -> tuple[Array, Array]:
 def segment_frames(bend: Array, length: Array) -> tuple[Array, Array]:
     """Return the frames at the base and at the end of every segment, the base frame first.
 
-    Args:
-        bend: shape (..., s, 2) [rad].
-        length: shape (..., s) [m], or broadcast to it.
-
-    Returns:
-        Positions, shape (..., s + 1, 3) [m], and orientations, shape (..., s + 1, 3, 3).
+    Of bend (..., s, 2) [rad] and length (..., s) [m], or broadcast to it: positions (..., s + 1, 3) [m] and
+    orientations (..., s + 1, 3, 3).
     """
     shape = bend.shape[:-2]
     segments = bend.shape[-2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -204,6 +205,99 @@ def slip_as_before(
 
 
 # ----------------------------------------------------------------------------------------------------
+# The numbers of a robot with t tendons of n spans, e nonzeros of their Jacobian and nv degrees of freedom.
+#
+# A call of a compiled function costs 0.1 us for each array and 0.6 us for each array in a tuple, a whole step
+# of a small robot 30 us: so what belongs to a robot lies in one block, and is cut inside.
+
+NUMBERS = 4  # at the block's head: friction coefficient, most passes, tolerance, 1 where `inverse` holds
+
+
+class Room(NamedTuple):
+    """A robot's block, cut.
+
+    Attributes:
+        drive: growth of the actuators' tensions per unit of the tendons' rate of lengthening in one step; 0
+            where the tension is given, shape (t,) [N s/m].
+        yielding: timestep over effective implicit inertia of each degree of freedom, shape (nv,).
+        factor, shrink, response, moved, last: workspace, shape (t, n).
+        arm, gain: workspace: d(length)/d(q), and change of velocity in a step per unit of tension, (e,).
+        shared: workspace, shape (2 t + 4 + nv, t).
+        scratch: workspace, shape (10, 2 max(n, nv, t)).
+        inverse: timestep times the inverse of the inertia that the integrator uses, where it is more than
+            each degree of freedom's own, shape (nv, nv).
+    """
+
+    drive: Array
+    yielding: Array
+    factor: Array
+    shrink: Array
+    response: Array
+    moved: Array
+    last: Array
+    arm: Array
+    gain: Array
+    shared: Array
+    scratch: Array
+    inverse: Array
+
+
+def new_block(numbers: tuple[float, float, float], t: int, n: int, e: int, nv: int) -> Array:
+    """Return a robot's block; numbers: friction coefficient, most passes, share of change that ends them."""
+    size = nv + t + 5 * t * n + 2 * e + (2 * t + 4 + nv) * t + 20 * max(n, nv, t) + nv * nv
+    return np.array([*numbers, 0.0, *np.zeros(size)])
+
+
+@compiled_in_place
+def cut(block: Array, t: int, n: int, e: int, nv: int) -> Room:
+    """Cut a block made by `new_block`."""
+    first = NUMBERS + nv + t
+    holes = block[first : first + 5 * t * n].reshape(5, t, n)
+    first += 5 * t * n
+    pulls = block[first : first + 2 * e].reshape(2, e)
+    first += 2 * e
+    shared = block[first : first + (2 * t + 4 + nv) * t].reshape(2 * t + 4 + nv, t)
+    first += (2 * t + 4 + nv) * t
+    width = 2 * max(n, nv, t)
+    scratch = block[first : first + 10 * width].reshape(10, width)
+    first += 10 * width
+    return Room(
+        block[NUMBERS : NUMBERS + t],
+        block[NUMBERS + t : NUMBERS + t + nv],
+        holes[0],
+        holes[1],
+        holes[2],
+        holes[3],
+        holes[4],
+        pulls[0],
+        pulls[1],
+        shared,
+        scratch,
+        block[first : first + nv * nv].reshape(nv, nv),
+    )
+
+
+class Tendons(NamedTuple):
+    """Where tendons pull.
+
+    Attributes:
+        ends: number of spans of each, 0 of one that is left as it is (`busy_spans`), shape (t,).
+        row_start: first entry of each in what follows, shape (t + 1,).
+        entry, dof, span: for each nonzero of the tendons' Jacobian its place in MuJoCo's `ten_J`, its degree
+            of freedom, and the span whose length it changes, shape (e,).
+        lines: the first degree of freedom of a tendon of which each changes the length of one span, one after
+            another as the spans are; -1 of other tendons, shape (t,).
+    """
+
+    ends: Index
+    row_start: Places
+    entry: Places
+    dof: Places
+    span: Places
+    lines: Index
+
+
+# ----------------------------------------------------------------------------------------------------
 # Tensions of a robot in motion, compiled: joints that all carry the same masses, so that none yields alone.
 #
 # A pass of `solve_tensions` lets each degree of freedom yield by its own implicit inertia, as if the others
@@ -216,14 +310,9 @@ def slip_as_before(
 
 @compiled_in_place
 def go_on(momentum: float, ends: Index, moved: Array, last: Array, tension: Array) -> float:
-    """Let the tensions go on as the last pass changed them; return the next momentum.
+    """Let the tensions (t, n) go on as the last pass `moved` them; return the next momentum, 1 at first.
 
-    Args:
-        momentum: 1 at first.
-        ends: as of `solve_tensions`.
-        moved: what the last pass changed, from where it began, shape (t, n) [N].
-        last: in: tensions after the pass before it; out: after the last one, shape (t, n) [N].
-        tension: in: after the last pass; out: where the next one begins, shape (t, n) [N].
+    `last`: in: tensions after the pass before it; out: after the last one, shape (t, n) [N].
     """
     up = 0.0
     for j in range(ends.shape[0]):
@@ -242,40 +331,20 @@ def go_on(momentum: float, ends: Index, moved: Array, last: Array, tension: Arra
 
 
 @compiled_in_place
-def look_ahead(
-    velocity: Array,
-    free: Array,
-    inverse: Array,
-    ends: Index,
-    row_start: Places,
-    dof: Places,
-    span: Places,
-    arm: Array,
-    tension: Array,
-    torque: Array,
-    ahead: Array,
-) -> None:
-    """Write the velocities at the end of the step under `tension` into `ahead`, shape (nv,).
-
-    Args:
-        velocity: now, shape (nv,).
-        free: all generalised forces but the tendons', shape (nv,).
-        inverse, ends, row_start, dof, span: as of `solve_tensions`.
-        arm: d(length)/d(q) of each entry, shape (e,).
-        tension: shape (t, n) [N].
-        torque: workspace, shape (nv,).
-    """
+def look_ahead(velocity: Array, tendons: Tendons, room: Room, tension: Array, ahead: Array) -> None:
+    """Write the velocities at the end of the step under `tension` into `ahead`, shape (nv,)."""
+    free, torque = room.scratch[8], room.scratch[9]
     count = velocity.shape[0]
     for i in range(count):
         torque[i] = free[i]
-    for j in range(ends.shape[0]):
-        if ends[j] > 0:
-            for place in range(row_start[j], row_start[j + 1]):
-                torque[dof[place]] -= arm[place] * tension[j, span[place]]
+    for j in range(tendons.ends.shape[0]):
+        if tendons.ends[j] > 0:
+            for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                torque[tendons.dof[place]] -= room.arm[place] * tension[j, tendons.span[place]]
     for i in range(count):
         total = 0.0
         for j in range(count):
-            total += inverse[i, j] * torque[j]
+            total += room.inverse[i, j] * torque[j]
         ahead[i] = velocity[i] + total
 
 
@@ -290,11 +359,7 @@ def step_over_inertia(
 ) -> Array:
     """Return the timestep times the inverse of the whole implicit inertia, shape (nv, nv).
 
-    Args:
-        entries: of MuJoCo's inertia matrix, its lower triangle row by row, shape (nM,).
-        row_start, row_count, column: where they are.
-        own: what damping and springs add to each degree of freedom's, shape (nv,).
-        timestep: [s].
+    `entries` are MuJoCo's, of the lower triangle row by row; `own` is what damping and springs add, (nv,).
     """
     count = own.shape[0]
     inertia = np.zeros((count, count))
@@ -320,12 +385,12 @@ def start_from_last_change(entering: Array, ends: Index, tension: Array, past: A
 
     Args:
         entering: tensions at the actuators now, shape (t,) [N].
-        ends: as of `solve_tensions`.
-        tension: in and out: shape (t, n) [N].
+        ends: as of `Tendons`.
+        tension: in and out: shape (t, n) or wider [N].
         past: in: the last step's changes of tension, and in the last two columns its `entering` and the
             change of that; out: the last step's tensions, and these two of this step, shape (t, n + 2) [N].
     """
-    n = tension.shape[1]
+    n = past.shape[1] - 2
     along, square = 0.0, 0.0
     for j in range(ends.shape[0]):
         now, before = entering[j] - past[j, n], past[j, n + 1]
@@ -342,35 +407,19 @@ def start_from_last_change(entering: Array, ends: Index, tension: Array, past: A
 
 
 @compiled_in_place
-def extrapolate_passes(
-    times: float,
-    ends: Index,
-    row_start: Places,
-    dof: Places,
-    span: Places,
-    gain: Array,
-    moved: Array,
-    tension: Array,
-    ahead: Array,
-) -> None:
+def extrapolate_passes(times: float, tendons: Tendons, room: Room, tension: Array, ahead: Array) -> None:
     """Change all tensions by `times` what the last pass changed, as further passes of its kind would.
 
     No tension falls below zero. Where friction does not allow the new tensions, the next pass mends them.
-
-    Args:
-        ends, row_start, dof, span: as of `solve_tensions`.
-        gain: of each nonzero of the tendons' Jacobian, shape (e,).
-        moved: what the last pass changed; out: what is changed here, shape (t, n) [N].
-        tension: in and out: shape (t, n) [N].
-        ahead: in and out: velocities at the end of the step, shape (nv,).
     """
-    for j in range(ends.shape[0]):
-        for k in range(ends[j]):
+    moved = room.moved
+    for j in range(tendons.ends.shape[0]):
+        for k in range(tendons.ends[j]):
             moved[j, k] = max(times * moved[j, k], -tension[j, k])
             tension[j, k] += moved[j, k]
-        if ends[j] > 0:
-            for place in range(row_start[j], row_start[j + 1]):
-                ahead[dof[place]] -= gain[place] * moved[j, span[place]]
+        if tendons.ends[j] > 0:
+            for place in range(tendons.row_start[j], tendons.row_start[j + 1]):
+                ahead[tendons.dof[place]] -= room.gain[place] * moved[j, tendons.span[place]]
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -378,36 +427,36 @@ def extrapolate_passes(
 
 
 @compiled_in_place
-def couple_driven(
-    ends: Index, drive: Array, row_start: Places, dof: Places, arm: Array, gain: Array, shared: Array
-) -> int:
+def couple_driven(tendons: Tendons, room: Room) -> int:
     """Write how fast driven tendons shorten where the tension of one of them rises alike in all its spans.
 
-    Args:
-        ends, drive, row_start, dof: as of `solve_tensions`.
-        arm, gain: of each nonzero of the tendons' Jacobian, shape (e,).
-        shared: out: rows 0 to t: fall of the length rate of tendon j per unit of the tension of tendon l,
-            [j, l], and on the diagonal 1 / drive besides; the rest is workspace, shape (2 t + 4 + nv, t).
-
-    Returns:
-        How many tendons are driven.
+    Into rows 0 to t of `room.shared`: fall of the length rate of tendon j per unit of the tension of tendon
+    l, [j, l], and on the diagonal 1 / drive besides. Returns how many tendons are driven.
     """
-    tendons = ends.shape[0]
-    driven, arms = 0, shared[2 * tendons + 4 :]
-    for j in range(tendons):
+    row_start, dof, drive, arm, gain, shared = (
+        tendons.row_start,
+        tendons.dof,
+        room.drive,
+        room.arm,
+        room.gain,
+        room.shared,
+    )
+    count = tendons.ends.shape[0]
+    driven, arms = 0, shared[2 * count + 4 :]
+    for j in range(count):
         driven += drive[j] > 0.0
     if driven < 2:
         return driven
     arms[:] = 0.0
-    for j in range(tendons):
+    for j in range(count):
         if drive[j] > 0.0:
             for place in range(row_start[j], row_start[j + 1]):
                 arms[dof[place], j] += arm[place]
-    for j in range(tendons):
+    for j in range(count):
         if drive[j] > 0.0:
             shared[j] = 0.0
             for place in range(row_start[j], row_start[j + 1]):
-                for other in range(tendons):
+                for other in range(count):
                     shared[j, other] += gain[place] * arms[dof[place], other]
             shared[j, j] += 1.0 / drive[j]
     return driven
@@ -415,18 +464,7 @@ def couple_driven(
 
 @compiled_in_place
 def raise_together(
-    entering: Array,
-    drive: Array,
-    ends: Index,
-    row_start: Places,
-    dof: Places,
-    span: Places,
-    arm: Array,
-    gain: Array,
-    shared: Array,
-    reached: Array,
-    tension: Array,
-    ahead: Array,
+    entering: Array, tendons: Tendons, room: Room, reached: Array, tension: Array, ahead: Array
 ) -> float:
     """Raise each driven tendon's tensions alike in all spans by what is best for all of them at once.
 
@@ -435,50 +473,51 @@ def raise_together(
     other's pull. No tension falls below zero (a quadratic programme with bounds, by active sets).
 
     Args:
-        entering, drive, ends, row_start, dof, span: as of `solve_tensions`.
-        arm, gain: of each nonzero of the tendons' Jacobian, shape (e,).
-        shared: as `couple_driven` left it.
+        entering: tensions at the actuators now, shape (t,) [N].
+        tendons, room: the robot's, with what `couple_driven` left.
         reached: in and out: tensions at the actuators at the end of the step, shape (t,) [N].
-        tension: in and out: shape (t, n) [N].
+        tension: in and out: shape (t, n) or wider [N].
         ahead: in and out: velocities at the end of the step, shape (nv,).
 
     Returns:
         The largest change of a tension [N].
     """
-    tendons = ends.shape[0]
-    matrix, slope = shared[tendons : 2 * tendons], shared[2 * tendons]
-    goal, shift, held = shared[2 * tendons + 1], shared[2 * tendons + 2], shared[2 * tendons + 3]
-    for j in range(tendons):
+    ends, row_start, dof = tendons.ends, tendons.row_start, tendons.dof
+    drive, shared = room.drive, room.shared
+    count = ends.shape[0]
+    matrix, slope = shared[count : 2 * count], shared[2 * count]
+    goal, shift, held = shared[2 * count + 1], shared[2 * count + 2], shared[2 * count + 3]
+    for j in range(count):
         slope[j], shift[j], held[j] = 0.0, 0.0, 1.0
         if drive[j] > 0.0:
             held[j] = 0.0
             slope[j] = (reached[j] - entering[j]) / drive[j]
             for place in range(row_start[j], row_start[j + 1]):
-                slope[j] -= arm[place] * ahead[dof[place]]
-    for _ in range(4 * tendons):
-        for j in range(tendons):
-            for other in range(tendons):
+                slope[j] -= room.arm[place] * ahead[dof[place]]
+    for _ in range(4 * count):
+        for j in range(count):
+            for other in range(count):
                 matrix[j, other] = shared[j, other] if held[j] == 0.0 and drive[other] > 0.0 else 0.0
             goal[j] = -slope[j]
             if held[j] > 0.0:
                 matrix[j, j], goal[j] = 1.0, shift[j]
         solve_definite(matrix, goal)
         part, first = 1.0, -1  # of the way to the goal, up to where the first tension is zero
-        for j in range(tendons):
+        for j in range(count):
             if held[j] == 0.0 and goal[j] < -reached[j]:
                 share = (-reached[j] - shift[j]) / (goal[j] - shift[j])
                 if share < part or first < 0:
                     part, first = share, j
-        for j in range(tendons):
+        for j in range(count):
             shift[j] += part * (goal[j] - shift[j])
         if first >= 0:
             shift[first], held[first] = -reached[first], 1.0
             continue
         strongest = 0.0
-        for j in range(tendons):  # which of those that are held would rather rise
+        for j in range(count):  # which of those that are held would rather rise
             if drive[j] > 0.0 and held[j] > 0.0:
                 push = slope[j]
-                for other in range(tendons):
+                for other in range(count):
                     if drive[other] > 0.0:
                         push += shared[j, other] * shift[other]
                 if push < strongest:
@@ -487,13 +526,13 @@ def raise_together(
             break
         held[first] = 0.0
     change = 0.0
-    for j in range(tendons):
+    for j in range(count):
         if drive[j] == 0.0:
             continue
         reached[j] = max(reached[j] + shift[j], 0.0)
         for place in range(row_start[j], row_start[j + 1]):
-            risen = max(shift[j], -tension[j, span[place]])
-            ahead[dof[place]] -= gain[place] * risen
+            risen = max(shift[j], -tension[j, tendons.span[place]])
+            ahead[dof[place]] -= room.gain[place] * risen
         for k in range(ends[j]):
             risen = max(shift[j], -tension[j, k])
             tension[j, k] += risen
@@ -514,11 +553,12 @@ LEAST_RESPONSE = 1e-12  # m/s/N
 
 
 @compiled_in_place
-def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy: Index) -> None:
-    """Write each tendon's number of spans into `busy`, shape (t,), 0 where it is slack before and after.
+def busy_spans(block: Array, history: Array, counts: Index, entering: Array) -> None:
+    """Write each tendon's number of spans into counts[1], 0 where it is slack before and after.
 
     Args: as of `solve_tensions`.
     """
+    drive, tension, ends, busy = block[NUMBERS:], history[0], counts[0], counts[1]
     for j in range(ends.shape[0]):
         busy[j] = ends[j]
         if entering[j] > 0.0 or drive[j] > 0.0:
@@ -532,115 +572,103 @@ def busy_spans(entering: Array, drive: Array, ends: Index, tension: Array, busy:
 
 @compiled_in_place
 def solve_tensions(
-    mu: float,
-    entering: Array,
-    drive: Array,
-    turn: Array,
-    ends: Index,
+    block: Array,
+    history: Array,
+    counts: Index,
+    places: Places,
     ten_J: Array,
-    row_start: Places,
-    entry: Places,
-    dof: Places,
-    span: Places,
-    lines: Index,
+    entering: Array,
+    turn: Array,
     velocity: Array,
     passive: Array,
     bias: Array,
     constraint: Array,
     applied: Array,
-    yielding: Array,
-    sweeps: int,
-    tolerance: float,
-    tension: Array,
-    slip: Index,
-    past: Array,
-    holes: Array,
-    pulls: Array,
-    scratch: Array,
-    shared: Array,
-    inverse: Array,
 ) -> None:
     """Update all tendons' tensions, and apply what they pull beyond the actuators' tensions.
 
     Args:
-        mu: friction coefficient.
+        block: the robot's, of `new_block`.
+        history: in and out: tensions [N]; where the tendons slipped last, as of `span_tensions`; what
+            `start_from_last_change` remembers [N]; shape (3, t, n + 2).
+        counts: of each tendon `ends`, what `busy_spans` leaves of it, and `lines`, shape (3, t).
+        places: `row_start`, `entry`, `dof` and `span` one after another, shape (t + 1 + 3 e,).
+        ten_J: MuJoCo's sparse tendon Jacobian.
         entering: tensions at the actuators now; below zero where a driven tendon is slack, shape (t,) [N].
-        drive: growth of the actuators' tensions per unit of the tendons' rate of lengthening in one
-            step; 0 where the tension is given, shape (t,) [N s/m].
         turn: shape (t, n) [rad].
-        ends: number of spans of each tendon, 0 of one that is left as it is (`busy_spans`), shape (t,).
-        ten_J: MuJoCo's sparse tendon Jacobian; `entry` picks from it.
-        row_start: first entry of each tendon in `entry`, `dof`, `span`, shape (t + 1,).
-        entry, dof, span: for each nonzero of the tendons' Jacobian its place in `ten_J`, its degree
-            of freedom, and the span whose length it changes, shape (e,).
-        lines: the first degree of freedom of a tendon of which each changes the length of one span, one after
-            another as the spans are; -1 of other tendons, shape (t,).
         velocity: velocities now, shape (nv,).
         passive, bias, constraint: MuJoCo's generalised forces (`bias` is subtracted), shape (nv,).
         applied: in: all other generalised forces but the tendons'; out: with what the tensions pull
             beyond those that the actuators will have at the end of the step (the integrator adds
             these), shape (nv,).
-        yielding: timestep over effective implicit inertia of each degree of freedom, shape (nv,).
-        sweeps: most passes over the tendons, which share degrees of freedom.
-        tolerance: they end when no tension changed by more than this share of the largest.
-        tension: in: last step's; out: new, shape (t, n) [N].
-        slip: in and out: where the tendons slipped last, as of `span_tensions`, shape (t, n).
-        past: in and out: what `start_from_last_change` remembers, shape (t, n + 2) [N].
-        holes: workspace, shape (5, t, n).
-        pulls: workspace, shape (2, e).
-        scratch: workspace, shape (10, 2 max(n, nv, t)).
-        shared: workspace, shape (2 t + 4 + nv, t).
-        inverse: timestep times the inverse of the inertia that the integrator uses, where it is more than
-            each degree of freedom's own (`mechanics.capstan`), shape (nv, nv); else of shape (0, 0).
     """
-    tendons = tension.shape[0]
-    factor, shrink, response, moved, last = holes[0], holes[1], holes[2], holes[3], holes[4]
-    whole = inverse.shape[0] > 0
-    free, torque = scratch[8], scratch[9]
-    arm, gain = pulls[0], pulls[1]  # gain: change of velocity in a step per unit of tension
-    rate, ahead, reached, found, ones = scratch[3], scratch[4], scratch[5], scratch[6], scratch[7]
+    count, n = turn.shape
+    e = (places.shape[0] - count - 1) // 3
+    first = count + 1
+    tendons = Tendons(
+        counts[1],
+        places[:first],
+        places[first : first + e],
+        places[first + e : first + 2 * e],
+        places[first + 2 * e :],
+        counts[2],
+    )
+    ends, row_start, dof, span = tendons.ends, tendons.row_start, tendons.dof, tendons.span
+    room = cut(block, count, n, e, velocity.shape[0])
+    mu, sweeps, tolerance, whole = block[0], int(block[1]), block[2], block[3] > 0.0
+    tension, slip, past = history[0], history[1], history[2]
+    drive, response, moved, arm, gain = room.drive, room.response, room.moved, room.arm, room.gain
+    scratch = room.scratch
+    rate, ahead, reached, found, ones, free = (
+        scratch[3],
+        scratch[4],
+        scratch[5],
+        scratch[6],
+        scratch[7],
+        scratch[8],
+    )
     for i in range(velocity.shape[0]):
         free[i] = passive[i] - bias[i] + applied[i] + constraint[i]
-        ahead[i] = velocity[i] + yielding[i] * free[i]
+        ahead[i] = velocity[i] + room.yielding[i] * free[i]
     start_from_last_change(entering, ends, tension, past)
     largest = 0.0
-    for j in range(tendons):
+    for j in range(count):
         largest = max(largest, entering[j])
         reached[j] = max(entering[j], 0.0)
         if ends[j] == 0:
             continue
-        capstan_factors(mu, turn[j], ends[j], factor[j], shrink[j])
+        capstan_factors(mu, turn[j], ends[j], room.factor[j], room.shrink[j])
         response[j, : ends[j]] = LEAST_RESPONSE
         for place in range(row_start[j], row_start[j + 1]):
             i, k = dof[place], span[place]
-            arm[place] = ten_J[entry[place]]
-            gain[place] = yielding[i] * arm[place]
+            arm[place] = ten_J[tendons.entry[place]]
+            gain[place] = room.yielding[i] * arm[place]
             response[j, k] += arm[place] * gain[place]
             ahead[i] -= gain[place] * tension[j, k]
-    driven = couple_driven(ends, drive, row_start, dof, arm, gain, shared)
+    driven = couple_driven(tendons, room)
     moved[:] = 0.0
     passes = 0  # since the last extrapolation
     momentum = 1.0
     if whole:
-        for j in range(tendons):
-            for k in range(tension.shape[1]):
-                last[j, k] = tension[j, k]
+        for j in range(count):
+            for k in range(n):
+                room.last[j, k] = tension[j, k]
     for sweep in range(sweeps):
         largest_change, along, square = 0.0, 0.0, 0.0
         if whole:
             if sweep > 0:
-                momentum = go_on(momentum, ends, moved, last, tension)
-            look_ahead(velocity, free, inverse, ends, row_start, dof, span, arm, tension, torque, ahead)
-        for j in range(tendons):
-            count = ends[j]
-            if count == 0:
+                momentum = go_on(momentum, ends, moved, room.last, tension)
+            look_ahead(velocity, tendons, room, tension, ahead)
+        for j in range(count):
+            spans = ends[j]
+            if spans == 0:
                 continue
-            first, own = np.int64(row_start[j]), lines[j]
+            begin, own = np.int64(row_start[j]), tendons.lines[j]
             if own >= 0:  # a span's rate is one product, left to where it is needed
-                arms, speeds = arm[first : first + count], ahead[own : own + count]
+                arms, speeds = arm[begin : begin + spans], ahead[own : own + spans]
             else:
                 arms, speeds = ones, rate
-                for k in range(count):
+                for k in range(spans):
                     rate[k], ones[k] = 0.0, 1.0
                 for place in range(row_start[j], row_start[j + 1]):
                     rate[span[place]] += arm[place] * ahead[dof[place]]
@@ -648,49 +676,47 @@ def solve_tensions(
             reached[j] = slip_as_before(
                 entering[j],
                 drive[j],
-                factor[j],
-                shrink[j],
+                room.factor[j],
+                room.shrink[j],
                 arms,
                 speeds,
                 response[j],
-                count,
+                spans,
                 tension[j],
                 found,
                 slip[j],
                 scratch,
             )
             if reached[j] < 0.0:
-                for k in range(count):
+                for k in range(spans):
                     rate[k] = arms[k] * speeds[k]
                 reached[j] = span_tensions(
                     entering[j],
                     drive[j],
                     drawn,
-                    factor[j],
-                    shrink[j],
+                    room.factor[j],
+                    room.shrink[j],
                     rate,
                     response[j],
-                    count,
+                    spans,
                     tension[j],
                     found,
                     slip[j],
                     scratch,
                 )
-            for k in range(count):
+            for k in range(spans):
                 change, before = found[k] - tension[j, k], moved[j, k]
                 largest_change = max(largest_change, abs(change))
                 along += change * before
                 square += before * before
                 tension[j, k], moved[j, k] = found[k], change
                 if own >= 0:
-                    ahead[own + k] -= gain[first + k] * change
+                    ahead[own + k] -= gain[begin + k] * change
             if own < 0:
                 for place in range(row_start[j], row_start[j + 1]):
                     ahead[dof[place]] -= gain[place] * moved[j, span[place]]
         if driven > 1:
-            risen = raise_together(
-                entering, drive, ends, row_start, dof, span, arm, gain, shared, reached, tension, ahead
-            )
+            risen = raise_together(entering, tendons, room, reached, tension, ahead)
             largest_change = max(largest_change, risen)
         if largest_change <= tolerance * largest:
             break
@@ -699,14 +725,58 @@ def solve_tensions(
         passes += 1
         if passes > 1 and sweep + 1 < sweeps and along > LEAST_SHARE * square:
             share = min(along / square, LARGEST_SHARE)
-            extrapolate_passes(share / (1.0 - share), ends, row_start, dof, span, gain, moved, tension, ahead)
+            extrapolate_passes(share / (1.0 - share), tendons, room, tension, ahead)
             passes = 0
-    for j in range(tendons):
-        for k in range(tension.shape[1]):
+    for j in range(count):
+        for k in range(n):
             past[j, k] = tension[j, k] - past[j, k]
         if ends[j] > 0:
             for place in range(row_start[j], row_start[j + 1]):
                 applied[dof[place]] -= arm[place] * (tension[j, span[place]] - reached[j])
+
+
+class MotionOfCopies(NamedTuple):
+    """`velocity`, `passive`, `bias` and `constraint` as of `solve_tensions`, of m robots, shape (m, nv)."""
+
+    velocity: Array
+    passive: Array
+    bias: Array
+    constraint: Array
+
+
+@compiled_in_place
+def solve_tensions_of_copies(
+    copies: Index,
+    block: Array,
+    history: Array,
+    counts: Index,
+    places: Places,
+    ten_J: Array,
+    entering: Array,
+    turn: Array,
+    motion: MotionOfCopies,
+    applied: Array,
+) -> None:
+    """`solve_tensions` of those of m alike robots that `copies` picks; `block`, `counts`, `places` of all.
+
+    All else has an axis of m before that there.
+    """
+    for i in copies:
+        busy_spans(block, history[i], counts, entering[i])
+        solve_tensions(
+            block,
+            history[i],
+            counts,
+            places,
+            ten_J[i],
+            entering[i],
+            turn[i],
+            motion.velocity[i],
+            motion.passive[i],
+            motion.bias[i],
+            motion.constraint[i],
+            applied[i],
+        )
 
 
 @compiled_in_place
@@ -715,84 +785,3 @@ def add_pull(ten_J: Array, row_start: Places, entry: Places, dof: Places, pull: 
     for row in range(pull.shape[0]):
         for place in range(row_start[row], row_start[row + 1]):
             torque[dof[place]] -= ten_J[entry[place]] * pull[row]
-
-
-# ----------------------------------------------------------------------------------------------------
-# The capstan law of many copies of one robot, compiled.
-
-
-@compiled_in_place
-def solve_tensions_of_copies(
-    copies: Index,
-    mu: float,
-    entering: Array,
-    drive: Array,
-    turn: Array,
-    ends: Index,
-    ten_J: Array,
-    row_start: Places,
-    entry: Places,
-    dof: Places,
-    span: Places,
-    lines: Index,
-    velocity: Array,
-    passive: Array,
-    bias: Array,
-    constraint: Array,
-    applied: Array,
-    yielding: Array,
-    sweeps: int,
-    tolerance: float,
-    tension: Array,
-    slip: Index,
-    past: Array,
-    holes: Array,
-    pulls: Array,
-    scratch: Array,
-    shared: Array,
-    busy: Index,
-    inverse: Array,
-) -> None:
-    """`solve_tensions` of many robots.
-
-    Args:
-        copies: which of the m robots.
-        entering, turn, ten_J, velocity, passive, bias, constraint, applied, tension, slip, past: as there, of
-            each: one axis of m more before theirs.
-        mu, drive, row_start, entry, dof, span, lines, yielding, sweeps, tolerance: as there, of all.
-        ends: number of spans of each tendon, shape (t,).
-        holes, pulls, scratch, shared: as there.
-        busy: workspace, shape (t,).
-        inverse: as there, of shape (0, 0): copies do not move.
-    """
-    for i in copies:
-        busy_spans(entering[i], drive, ends, tension[i], busy)
-        solve_tensions(
-            mu,
-            entering[i],
-            drive,
-            turn[i],
-            busy,
-            ten_J[i],
-            row_start,
-            entry,
-            dof,
-            span,
-            lines,
-            velocity[i],
-            passive[i],
-            bias[i],
-            constraint[i],
-            applied[i],
-            yielding,
-            sweeps,
-            tolerance,
-            tension[i],
-            slip[i],
-            past[i],
-            holes,
-            pulls,
-            scratch,
-            shared,
-            inverse,
-        )

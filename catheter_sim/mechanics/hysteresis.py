@@ -35,12 +35,10 @@ def _series(values, half, rest, result):
 
 
 def play(values: Array, width: float | Array, rest: Array | None = None) -> Array:
-    """Return the output of plays along their inputs, same shape.
+    """Return the outputs of plays along their inputs (r, t), same shape.
 
-    Args:
-        values: inputs, row by row, shape (r, t).
-        width: of the whole dead-band, or one for each column, 0 or more, in the unit of `values`.
-        rest: where input and output are before the first row, shape (t,); by default at zero.
+    `width`: of the whole dead-band, or one a column, 0 or more; `rest`: where input and output are before the
+    first row, (t,), by default at zero.
     """
     count = values.shape[1]
     half = 0.5 * np.broadcast_to(np.asarray(width, dtype=float), (count,))
@@ -57,12 +55,7 @@ def play_step(before: Array, value: Array, width: float | Array) -> Array:
 
 
 def plays(values: Array, thresholds: Array) -> Array:
-    """Return the outputs of several plays of one input, from rest at zero, shape (r, k).
-
-    Args:
-        values: the input, row by row, shape (r,).
-        thresholds: half of each play's width, shape (k,).
-    """
+    """Return the outputs of several plays of one input (r,), from rest at zero, (r, k); half widths (k,)."""
     return play(np.repeat(values[:, np.newaxis], len(thresholds), axis=1), 2.0 * thresholds)
 
 
@@ -94,13 +87,9 @@ def clamp_slack(
 ) -> None:
     """Set the largest forces of the actuators that pull one robot's tendons, and keep their controls.
 
-    Args:
-        pulls, tendons: actuators and what they pull, shape (k,).
-        gain, bias, length_gain: of these: force = gain control + bias + length_gain length, shape (k,).
-        length: of the tendons, shape (nt,) [m].
-        ctrl: controls, shape (nu,).
-        before: in: controls of the last step; out: of this one, shape (k,).
-        force_range: out: at [:, 1]: none of a tendon that was slack before, shape (nu, 2) [N].
+    Actuators and what they pull (k,); force = gain control + bias + length_gain length, (k,); lengths (nt,)
+    [m]; controls (nu,). In and out: controls of the last step, (k,). Out: at force_range[:, 1] none of a
+    tendon that was slack before, (nu, 2) [N].
     """
     for k in range(pulls.shape[0]):
         force = gain[k] * before[k] + bias[k] + length_gain[k] * length[tendons[k]]
@@ -252,14 +241,9 @@ def _errors(values, remaining, rising, rest, error):
 def lagged(
     time_s: Array, values: Array, lag_s: float, delay_s: float = 0.0, rest: Array | None = None
 ) -> Array:
-    """Return a first-order lag's response to delayed inputs, shape (r, ...).
+    """Return a first-order lag's response to delayed inputs (r, ...) at increasing times (r,), same shape.
 
-    Args:
-        time_s: increasing, shape (r,).
-        values: inputs u at the rows, shape (r, ...).
-        lag_s: time constant, 0 or more [s].
-        delay_s: 0 or more [s].
-        rest: where input and output are before the first row, shape (...); by default at zero.
+    `rest`: where input and output are before the first row, shape (...); by default at zero.
     """
     if lag_s == 0.0 and delay_s == 0.0:
         return values
@@ -379,11 +363,9 @@ _ROUNDING = 1e-9
 def counts_where_alone(bend_rad: Array, alone_rad: Array, step_rad: float, alone_step_rad: float) -> Array:
     """Return how many steps rows take, longer ones where the tendons of one end move all but alone.
 
-    Args:
-        bend_rad: by which the change of all inputs would bend a frictionless robot, shape (r,).
-        alone_rad: the part of the tendons of one end, those that do most, shape (r,).
-        step_rad: of a step.
-        alone_step_rad: of a step where all else bends it by less than a tenth of `step_rad`.
+    `bend_rad`: by which the change of all inputs would bend a frictionless robot, (r,); `alone_rad`: the part
+    of the tendons of one end, those that do most, (r,); `step_rad` of a step, `alone_step_rad` of one where
+    all else bends it by less than a tenth of `step_rad`.
     """
     beside = np.ceil((bend_rad - alone_rad) / (_BESIDE_SHARE * step_rad) - _ROUNDING)
     counts: Array = np.maximum(

@@ -41,12 +41,8 @@ class TendonRows:
     def lines(self, span: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return which tendons are simple: of each its first degree of freedom, or -1, shape (t,).
 
-        Each degree of freedom of a simple one changes the length of one span, one after another as the
-        spans are.
-
-        Args:
-            span: whose length each entry changes, shape (e,).
-            ends: number of spans of each tendon, shape (t,).
+        Each degree of freedom of a simple one changes the length of one span, one after another as the spans
+        are. `span`: whose length each entry changes, (e,); `ends`: number of spans of each tendon, (t,).
         """
         found = np.full(len(ends), -1, dtype=np.int64)
         for tendon, count in enumerate(ends):

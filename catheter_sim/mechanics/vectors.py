@@ -171,15 +171,10 @@ def solve_columns(matrix: Array, right: Array) -> bool:
 
 @compiled_in_place
 def solve_vector(matrix: Array, right: Array, smallest_pivot: float) -> bool:
-    """Solve matrix @ x = right with exchange of rows; x replaces `right`, shape (m,).
+    """Solve matrix @ x = right with exchange of rows; x replaces `right`, (m,); `matrix`, (m, m), is used up.
 
-    Args:
-        matrix: shape (m, m), used up.
-        right: shape (m,).
-        smallest_pivot: a smaller pivot is replaced by it, so that x is always something; with 0.0 none is.
-
-    Returns:
-        False where no pivot is replaced and `matrix` is singular: then `right` is of no use.
+    A pivot below `smallest_pivot` is replaced by it, so that x is always something. Returns False where that
+    is 0.0 and `matrix` singular: then `right` is of no use.
     """
     size = right.shape[0]
     for i in range(size):

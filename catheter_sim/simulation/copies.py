@@ -7,12 +7,12 @@ there with what was written between. Only where a law moves joints in the model 
 step, as for rolling joints, the halves take two calls. What differs between the copies in the model is
 expanded (`Batch.expand`): those hinges, a torsion pair's tangent, the clamp of slack tendons. Every copy then
 gets bit for bit what a simulator alone would; to rounding (1e-15) where the tendons' paths are found here and
-not by MuJoCo, which is more than half of its step (`path_copies`): for robots whose tensions are given and
+not by MuJoCo, which is more than half of its step (`site_tendons`): for robots whose tensions are given and
 whose steps have a middle. A robot without one, such as a continuum robot without friction, is stepped by
 MuJoCo alone.
 
-Between the halves all is compiled loops over the copies (`capstan`, `path_copies`, `rolling_kernel`,
-`drive_kernel`) or array arithmetic. `Batch` would have threads of its own, but then all would wait for
+Between the halves all is compiled loops over the copies (`capstan`, `site_tendons`, the kinds'
+`laws`) or array arithmetic. `Batch` would have threads of its own, but then all would wait for
 each other twice in every step. One object of this class in each thread, a part of the copies in each, waits
 once for many steps; nearly all that takes time here runs without Python's lock.
 """
@@ -206,19 +206,9 @@ class Copies:
             self._act(law, law.actuate, copies)
         pulls = self._pulls
         if self._driven:
-            self._native(
-                clamp_slack_of,
-                copies,
-                pulls.actuators,
-                pulls.tendons,
-                pulls.gain,
-                pulls.bias,
-                pulls.length_gain,
-                self._length,
-                self._ctrl,
-                self._ctrl_before,
-                self._clamp,
-            )
+            pulling = pulls.actuators, pulls.tendons, pulls.gain, pulls.bias, pulls.length_gain
+            state = self._length, self._ctrl, self._ctrl_before, self._clamp
+            self._native(clamp_slack_of, copies, *pulling, *state)
         self._applied[copies] = 0.0
         for law in self._pushing:
             self._act(law, law.between, copies)

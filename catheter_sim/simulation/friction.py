@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
 from catheter_sim.arrays import Array, Index
-from catheter_sim.core.law import Law, Step, TendonPaths, Turns
+from catheter_sim.core.law import Law, Step, TendonPaths
 from catheter_sim.mechanics.capstan import (
+    NUMBERS,
+    MotionOfCopies,
+    Tendons,
     busy_spans,
+    new_block,
     solve_tensions,
     solve_tensions_of_copies,
     step_over_inertia,
@@ -46,30 +48,14 @@ STEPS_PER_INERTIA = 4  # of these a robot in motion takes before its inertia is 
 SWEEP_TOLERANCE = 3e-5  # they end when no tension changed by more than this share of the largest
 
 
-@dataclass(frozen=True)
-class LawArrays:
-    """The law as plain arrays, for where it runs elsewhere.
+class CapstanFriction(Law):
+    """The shipped law; see the module's text.
 
     Attributes:
         mu: friction coefficient.
         turns: whence the turns follow.
-        spans: n.
-        ends, starts, entries, dofs, span, yielding: as in `solve_tensions`.
+        tendons: where the tendons pull.
     """
-
-    mu: float
-    turns: Turns
-    spans: int
-    ends: np.ndarray
-    starts: np.ndarray
-    entries: np.ndarray
-    dofs: np.ndarray
-    span: np.ndarray
-    yielding: Array
-
-
-class CapstanFriction(Law):
-    """The shipped law; see the module's text."""
 
     def __init__(self, mu: float, paths: TendonPaths, model: mujoco.MjModel, drive_stiffness: Array) -> None:
         """Prepare the law.
@@ -81,46 +67,30 @@ class CapstanFriction(Law):
             drive_stiffness: of the actuators against the tendons' lengthening, 0 where the tension is
                 given, shape (t,) [N/m].
         """
-        self._mu, self._turns, self._ends = mu, paths.turns, paths.ends
-        spans, tendons = paths.spans, len(paths.names)
-        self._inside = np.arange(1, spans + 1) <= self._ends[:, np.newaxis]  # (t, n)
-        self._rows = TendonRows(model, paths.names, set(paths.span_of_dof))
-        self._span = np.array([paths.span_of_dof[int(dof)] for dof in self._rows.columns], np.uint64)
-        self._lines = self._rows.lines(self._span, self._ends)
-        self._timestep = float(model.opt.timestep)
-        self._drive = drive_stiffness * self._timestep
-        self._model = model
+        self.mu, self.turns, self._model = mu, paths.turns, model
+        count, self.spans = len(paths.names), paths.spans
+        rows = TendonRows(model, paths.names, set(paths.span_of_dof))
+        span = np.array([paths.span_of_dof[int(dof)] for dof in rows.columns], np.uint64)
+        lines = rows.lines(span, paths.ends)
+        self.tendons = Tendons(paths.ends, rows.starts, rows.entries, rows.columns, span, lines)
+        self._counts = np.stack([paths.ends, np.zeros_like(paths.ends), lines]).astype(np.int64)
+        self._places = np.concatenate([rows.starts, rows.entries, rows.columns, span])
+        numbers = mu, float(SWEEPS), SWEEP_TOLERANCE
+        self._block = new_block(numbers, count, self.spans, len(span), model.nv)
+        self._whole, self._steps = False, 0
         self.know_joints()
-        self._springs = np.zeros(model.nv)  # what springs, implicit, add to the forces per unit of velocity
-        self._own, self._steps = np.zeros(model.nv), 0
-        self._inverse = np.zeros((0, 0))
-        self._tension = np.zeros((tendons, spans))
-        self._busy = np.zeros(tendons, dtype=np.int64)
-        self._slip = np.zeros((tendons, spans), dtype=np.int8)
-        self._past = np.zeros((tendons, spans + 2))
-        self._holes = np.zeros((5, tendons, spans))
-        self._pulls = np.zeros((2, len(self._span)))
-        self._scratch = np.zeros((10, 2 * max(spans, model.nv, tendons)))
-        self._shared = np.zeros((2 * tendons + 4 + model.nv, tendons))
+        self.set_drive(drive_stiffness)
+        self._history = np.zeros((3, count, self.spans + 2))
+
+    @property
+    def yielding(self) -> Array:
+        """Timestep over effective implicit inertia of each degree of freedom, shape (nv,)."""
+        first = NUMBERS + self._counts.shape[1]
+        return self._block[first : first + self._model.nv]
 
     def reset(self) -> None:
         """Forget the history."""
-        self._tension[:], self._slip[:], self._past[:] = 0.0, 0, 0.0
-
-    def layout(self) -> LawArrays:
-        """Return the law as plain arrays."""
-        rows = self._rows
-        return LawArrays(
-            mu=self._mu,
-            turns=self._turns,
-            spans=self._tension.shape[1],
-            ends=self._ends,
-            starts=rows.starts,
-            entries=rows.entries,
-            dofs=rows.columns,
-            span=self._span,
-            yielding=self._yielding,
-        )
+        self._history[:] = 0.0
 
     def know_joints(self) -> None:
         """Take over step, inertia, damping and stiffness of the model; to be called where they changed."""
@@ -129,13 +99,14 @@ class CapstanFriction(Law):
         stiffness = np.zeros(model.nv)
         if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_DISCRETE):  # where springs are implicit
             stiffness[model.jnt_dofadr] = model.jnt_stiffness
+        # What implicit springs add to the forces per unit of velocity; what they and damping add to inertia.
         self._springs = self._timestep * stiffness
         self._own = self._timestep * (model.dof_damping + self._springs)
-        self._yielding = self._timestep / (model.dof_armature + self._own)
+        self.yielding[:] = self._timestep / (model.dof_armature + self._own)
 
     def set_drive(self, stiffness: Array) -> None:
         """Set the actuators' stiffness against the tendons' lengthening, shape (t,) [N/m]."""
-        self._drive = stiffness * self._timestep
+        self._block[NUMBERS : NUMBERS + len(stiffness)] = stiffness * self._timestep
 
     def between(self, step: Step) -> None:
         """Learn what other laws have changed, and add what friction changes."""
@@ -147,65 +118,45 @@ class CapstanFriction(Law):
             step.pulls_changed = False
         if step.moving and step.pulls.given:
             self._know_inertia(step.data)
-        elif len(self._inverse):
-            self._inverse = np.zeros((0, 0))
+        elif self._whole:
+            self._take_whole(False)
         self.apply(step.data, step.pulls.tension(step.data))
 
     def _know_inertia(self, data: mujoco.MjData) -> None:
         """Work out how all joints together yield, every few steps: the posture changes little in between."""
-        if not len(self._inverse) or self._steps % STEPS_PER_INERTIA == 0:
+        if not self._whole or self._steps % STEPS_PER_INERTIA == 0:
             model = self._model
-            self._inverse = step_over_inertia(
+            inverse = step_over_inertia(
                 data.M, model.M_rowadr, model.M_rownnz, model.M_colind, self._own, self._timestep
             )
+            self._block[-inverse.size :] = inverse.ravel()
+            self._take_whole(True)
         self._steps += 1
+
+    def _take_whole(self, whole: bool) -> None:
+        """Let all joints yield together from now on, or each by itself."""
+        self._whole = whole
+        self._block[1], self._block[3] = MOVING_SWEEPS if whole else SWEEPS, whole
 
     def apply(self, data: mujoco.MjData, actuator_tension: Array) -> None:
         """Find the tensions of the coming step and apply what they pull beyond the actuators.
 
-        Args:
-            data: the state.
-            actuator_tension: tensions now, below zero where a driven tendon is slack, shape (t,) [N].
+        The actuators' tensions, (t,) [N], are below zero where a driven tendon is slack.
         """
-        rows, busy, whole = self._rows, self._busy, len(self._inverse) > 0
-        passive = data.qfrc_passive - self._springs * data.qvel if whole else data.qfrc_passive
-        busy_spans(actuator_tension, self._drive, self._ends, self._tension, busy)
-        solve_tensions(
-            self._mu,
-            actuator_tension,
-            self._drive,
-            self._turns(data, busy),
-            busy,
-            data.ten_J,
-            rows.starts,
-            rows.entries,
-            rows.columns,
-            self._span,
-            self._lines,
-            data.qvel,
-            passive,
-            data.qfrc_bias,
-            data.qfrc_constraint,
-            data.qfrc_applied,
-            self._yielding,
-            MOVING_SWEEPS if whole else SWEEPS,
-            SWEEP_TOLERANCE,
-            self._tension,
-            self._slip,
-            self._past,
-            self._holes,
-            self._pulls,
-            self._scratch,
-            self._shared,
-            self._inverse,
-        )
+        passive = data.qfrc_passive - self._springs * data.qvel if self._whole else data.qfrc_passive
+        busy_spans(self._block, self._history, self._counts, actuator_tension)
+        own = self._block, self._history, self._counts, self._places
+        forces = passive, data.qfrc_bias, data.qfrc_constraint, data.qfrc_applied
+        turn = self.turns(data, self._counts[1])
+        solve_tensions(*own, data.ten_J, actuator_tension, turn, data.qvel, *forces)
 
     def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
         """Return the tension of every tendon in every span after a step, shape (t, n) [N].
 
         Where several tendons act on one hinge that sticks, statics fixes only one sum of them.
         """
-        return np.where(self._inside, self._tension, np.nan)
+        inside = np.arange(1, self.spans + 1) <= self._counts[0][:, np.newaxis]
+        return np.where(inside, self._history[0, :, : self.spans], np.nan)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -227,71 +178,29 @@ class CapstanCopies(CapstanFriction):
         """Prepare the law.
 
         Args:
-            mu: friction coefficient.
-            paths: where the tendons rub.
-            model: what they are in.
-            batch: its copies.
-            drive_stiffness: as of `CapstanFriction`.
+            mu, paths, model, drive_stiffness: as of `CapstanFriction`.
+            batch: copies of the model.
             ten_J: where the copies' tendon Jacobians are, shape (m, e); default: in the batch.
         """
         super().__init__(mu, paths, model, drive_stiffness)
-        self._turns_of = self._turns.of_copies
-        tendons, spans = self._tension.shape
-        self._of = np.zeros((2, batch.nsim, tendons, spans))  # tensions and turns
-        self._pasts = np.zeros((batch.nsim, tendons, spans + 2))
-        self._slips = np.zeros((batch.nsim, tendons, spans), dtype=np.int8)
-        names = "qpos", "qvel", "site_xpos", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
-        self._bound = {name: batch.bind(name) for name in names}
-        self._bound["ten_J"] = batch.bind("ten_J") if ten_J is None else ten_J
+        self._turn = np.zeros((batch.nsim, len(paths.names), self.spans))
+        self._histories = np.zeros((batch.nsim, *self._history.shape))
+        names = "qvel", "qfrc_passive", "qfrc_bias", "qfrc_constraint"
+        self._motion = MotionOfCopies(*(batch.bind(name) for name in names))
+        self._qpos, self._sites = batch.bind("qpos"), batch.bind("site_xpos")
+        self._ten_J = batch.bind("ten_J") if ten_J is None else ten_J
 
     @property
     def tension(self) -> Array:
         """Tension of every tendon in every span after a step, shape (m, t, n) [N]; of use inside its end."""
-        return self._of[0]
+        return self._histories[:, 0, :, : self.spans]
 
     def forget(self, copies: Index) -> None:
         """Forget the history of some copies."""
-        self._of[0, copies], self._slips[copies], self._pasts[copies] = 0.0, 0, 0.0
+        self._histories[copies] = 0.0
 
     def apply_copies(self, copies: Index, entering: Array, applied: Array) -> None:
-        """`apply` in some of the m copies.
-
-        Args:
-            copies: which.
-            entering: tensions at the actuators now, shape (m, t) [N].
-            applied: in and out: applied forces, shape (m, nv).
-        """
-        rows, bound = self._rows, self._bound
-        tension, turn = self._of
-        self._turns_of(copies, bound["qpos"], bound["site_xpos"], turn)
-        solve_tensions_of_copies(
-            copies,
-            self._mu,
-            entering,
-            self._drive,
-            turn,
-            self._ends,
-            bound["ten_J"],
-            rows.starts,
-            rows.entries,
-            rows.columns,
-            self._span,
-            self._lines,
-            bound["qvel"],
-            bound["qfrc_passive"],
-            bound["qfrc_bias"],
-            bound["qfrc_constraint"],
-            applied,
-            self._yielding,
-            SWEEPS,
-            SWEEP_TOLERANCE,
-            tension,
-            self._slips,
-            self._pasts,
-            self._holes,
-            self._pulls,
-            self._scratch,
-            self._shared,
-            self._busy,
-            np.zeros((0, 0)),
-        )
+        """`apply` in some of m copies: tensions at the actuators (m, t) [N]; applied forces (m, nv)."""
+        self.turns.of_copies(copies, self._qpos, self._sites, self._turn)
+        own = self._block, self._histories, self._counts, self._places
+        solve_tensions_of_copies(copies, *own, self._ten_J, entering, self._turn, self._motion, applied)

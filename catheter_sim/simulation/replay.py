@@ -61,14 +61,10 @@ class Commands:
         simulator.put_inputs(values[:t], values[t : t + 3], values[t + 3 : t + 6], others)
 
     def means(self, at_s: Array, width_s: float) -> Array:
-        """Return the inputs' means over windows about times since the first row, shape (k, c).
+        """Return the inputs' means (k, c) over windows of `width_s` about times since the first row, (k,).
 
-        On the line between two rows that is the value itself; where rows are closer than a step, each
-        counts as long as it lasts. Before the first row and after the last one inputs stay as they are there.
-
-        Args:
-            at_s: middles of the windows, shape (k,) [s].
-            width_s: of each window [s].
+        On the line between two rows that is the value itself; where rows are closer than a step, each counts
+        as long as it lasts. Before the first row and after the last one inputs stay as they are there.
         """
         half = 0.5 * width_s
         return np.asarray((self._integrals(at_s + half) - self._integrals(at_s - half)) / width_s)
@@ -212,8 +208,8 @@ def _follow(simulator: Simulator, commands: Commands, row: int, progress: bool) 
     since_s = commands.time_s - commands.time_s[0]
     first, last = (round(float(since_s[k]) / step_s) for k in (row - 1, row))
     seconds = range(first, last, max(1, round(1.0 / step_s)))  # no more is held of the inputs at once
-    told = progress and len(seconds) > _LONG_WAY_S
-    for start in counted(seconds, len(seconds), f"simulating row {row + 1}", "second", told):
+    shown = progress and len(seconds) > _LONG_WAY_S
+    for start in counted(seconds, len(seconds), f"simulating row {row + 1}", "second", shown):
         steps = np.arange(start, min(start + seconds.step, last))
         for values in commands.means(steps * step_s, step_s):
             commands.set(simulator, values)

@@ -135,17 +135,9 @@ class Actuation:
         See `mechanics.hysteresis`; to be called once a step, where tendons are driven.
         """
         pulls, data = self.pulls, self._data
-        clamp_slack(
-            pulls.actuators,
-            pulls.tendons,
-            pulls.gain,
-            pulls.bias,
-            pulls.length_gain,
-            data.ten_length,
-            data.ctrl,
-            self._ctrl_before,
-            self._model.actuator_forcerange,
-        )
+        pulling = pulls.actuators, pulls.tendons, pulls.gain, pulls.bias, pulls.length_gain
+        state = data.ten_length, data.ctrl, self._ctrl_before, self._model.actuator_forcerange
+        clamp_slack(*pulling, *state)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -272,13 +264,9 @@ class Loads:
 
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Add the forces and moments to `data.qfrc_applied`."""
-        if not self._any:
-            return
-        place, applied = data.site_xpos[self._tip], data.qfrc_applied
-        mujoco.mj_applyFT(model, data, self.force_tip, self._moment_tip, place, self._tip_body, applied)
-        for element, point, force, moment in self._acting:
-            body, place = self._body[element], self._place(data, element, point)
-            mujoco.mj_applyFT(model, data, force, moment, place, body, applied)
+        if self._any:
+            for body, place, force, moment in self._now(data):
+                mujoco.mj_applyFT(model, data, force, moment, place, body, data.qfrc_applied)
 
     def put(self, data: mujoco.MjData) -> None:
         """Give the forces and moments to the bodies, in `data.xfrc_applied`: for a step of several stages.
@@ -290,13 +278,18 @@ class Loads:
         given = data.xfrc_applied
         for body in self._given:
             given[body] = 0.0
-        acting = [(self._tip_body, data.site_xpos[self._tip], self.force_tip, self._moment_tip)]
-        for element, point, force, moment in self._acting:
-            acting.append((self._body[element], self._place(data, element, point), force, moment))
+        acting = self._now(data)
         for body, place, force, moment in acting:
             given[body, :3] += force
             given[body, 3:] += moment + np.cross(place - data.xipos[body], force)
         self._given = {body for body, *_ in acting}
+
+    def _now(self, data: mujoco.MjData) -> list[tuple[int, Array, Array, Array]]:
+        """Return body, place, force and moment of all that acts, world frame."""
+        acting = [(self._tip_body, data.site_xpos[self._tip], self.force_tip, self._moment_tip)]
+        for element, point, force, moment in self._acting:
+            acting.append((self._body[element], self._place(data, element, point), force, moment))
+        return acting
 
     def _place(self, data: mujoco.MjData, element: int, point: Array | None) -> Array:
         """Return where an element's point is in the world, (3,); None: the middle of its distal face."""
@@ -338,14 +331,7 @@ class Readout:
         outputs: Outputs,
         slides: Sequence[str],
     ) -> None:
-        """Prepare.
-
-        Args:
-            place: where the robot is.
-            data: the state.
-            outputs: what it reports.
-            slides: of the joints that stand still besides where it rests.
-        """
+        """Prepare; `slides` name joints that stand still besides where the robot rests."""
         self._model, self._data, self._base = place.model, data, place.base
         self._angles = np.array([place.joint(name).qposadr[0] for name in outputs.joints])
         self.dofs = np.array([place.joint(name).dofadr[0] for name in [*outputs.joints, *slides]])

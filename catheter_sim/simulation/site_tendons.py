@@ -84,10 +84,12 @@ class SiteTendons:
                     moved = [joint for joint in joints if joint not in others]
                     parts += [(joint, sign, place[int(model.jnt_dofadr[joint])]) for joint in moved]
                 ends.append(len(parts))
-        self._stretches = np.array(stretches, dtype=np.int64).reshape(-1, 3)
-        self._ends = np.array(ends, dtype=np.int64)
-        self._parts = np.array(parts, dtype=np.int64).reshape(-1, 3)
-        self._slides = model.jnt_type == int(mujoco.mjtJoint.mjJNT_SLIDE)
+        self._known = (  # as of `_find_slopes`
+            np.array(stretches, dtype=np.int64).reshape(-1, 3),
+            np.array(ends, dtype=np.int64),
+            np.array(parts, dtype=np.int64).reshape(-1, 3),
+            model.jnt_type == int(mujoco.mjtJoint.mjJNT_SLIDE),
+        )
         pulling = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON))
         self._actuators = np.stack([pulling, model.actuator_trnid[pulling, 0]], axis=1).astype(np.int64)
         self._sites = model.wrap_objid.astype(np.int64)
@@ -105,29 +107,11 @@ class SiteTendons:
 
     def find(self, data: mujoco.MjData) -> None:
         """Fill in what `mj_step1` leaves out: paths, lengths, Jacobian and velocities, the actuators' too."""
-        _find(
-            self._stretches,
-            self._ends,
-            self._parts,
-            self._slides,
-            data.site_xpos,
-            data.xanchor,
-            data.xaxis,
-            data.ten_length,
-            data.ten_J,
-            *self._rows,
-            data.qvel,
-            data.ten_velocity,
-            self._actuators,
-            self._gear,
-            data.actuator_velocity,
-            self._count,
-            self._sites,
-            data.ten_wrapadr,
-            data.ten_wrapnum,
-            data.wrap_obj,
-            data.wrap_xpos,
-        )
+        _find_slopes(*self._known, data.site_xpos, data.xanchor, data.xaxis, data.ten_length, data.ten_J)
+        pulled = self._actuators, self._gear, data.actuator_velocity
+        _find_velocities(data.ten_J, *self._rows, data.qvel, data.ten_velocity, *pulled)
+        path = data.ten_wrapadr, data.ten_wrapnum, data.wrap_obj, data.wrap_xpos
+        _draw_paths(self._count, self._sites, data.site_xpos, *path)
         mujoco.mj_transmission(self._model, data)
 
 
@@ -143,7 +127,17 @@ def _find_slopes(
     ten_length: Array,
     ten_J: Array,
 ) -> None:
-    """Write the tendons' lengths and their slopes; arguments as of `_find`."""
+    """Write the tendons' lengths and their slopes.
+
+    Args:
+        stretches: tendon and the sites at either end of each straight stretch, shape (s, 3).
+        ends: first row of each stretch in `parts`, shape (s + 1,).
+        parts: joint, 1 or -1 where it moves the second or the first site, and place in `ten_J` of each
+            joint that changes a stretch's length, shape (p, 3).
+        slides: whether a joint is a slide, else it is a hinge, shape (njnt,).
+        site_xpos, xanchor, xaxis: the engine's.
+        ten_length, ten_J: out: lengths [m], and their slopes [m/rad], of a slide [1].
+    """
     ten_length[:] = 0.0
     ten_J[:] = 0.0
     for k in range(stretches.shape[0]):
@@ -182,22 +176,14 @@ def find_slopes_of(
     xaxis: Array,
     ten_J: Array,
 ) -> None:
-    """Write the slopes of many robots' tendons: an axis of m before those of `_find`; `copies` picks some."""
+    """Write the slopes of many robots' tendons: an axis of m before theirs; `copies` picks some."""
     ten_length = np.empty(stretches[:, 0].max() + 1)
     for i in copies:
         _find_slopes(stretches, ends, parts, slides, site_xpos[i], xanchor[i], xaxis[i], ten_length, ten_J[i])
 
 
 @compiled
-def _find(
-    stretches: Index,
-    ends: Index,
-    parts: Index,
-    slides: NDArray[np.bool_],
-    site_xpos: Array,
-    xanchor: Array,
-    xaxis: Array,
-    ten_length: Array,
+def _find_velocities(
     ten_J: Array,
     row_start: Int32,
     row_count: Int32,
@@ -207,37 +193,31 @@ def _find(
     actuators: Index,
     gear: Array,
     actuator_velocity: Array,
+) -> None:
+    """Write the velocities of tendons, by their sparse slopes, and of actuators, (a, 2) with theirs [m/s]."""
+    for j in range(ten_velocity.shape[0]):
+        velocity = 0.0
+        for place in range(row_start[j], row_start[j] + row_count[j]):
+            velocity += ten_J[place] * qvel[column[place]]
+        ten_velocity[j] = velocity
+    for k in range(actuators.shape[0]):
+        actuator, tendon = actuators[k, 0], actuators[k, 1]
+        actuator_velocity[actuator] = gear[actuator, 0] * ten_velocity[tendon]
+
+
+@compiled
+def _draw_paths(
     path_count: Int32,
     path_sites: Index,
+    site_xpos: Array,
     ten_wrapadr: Int32,
     ten_wrapnum: Int32,
     wrap_obj: Int32,
     wrap_xpos: Array,
 ) -> None:
-    """Write what the engine derives from the tendons' paths; its own arrays have its own names.
-
-    Args:
-        stretches: tendon and the sites at either end of each straight stretch, shape (s, 3).
-        ends: first row of each stretch in `parts`, shape (s + 1,).
-        parts: joint, 1 or -1 where it moves the second or the first site, and place in `ten_J` of each
-            joint that changes a stretch's length, shape (p, 3).
-        slides: whether a joint is a slide, else it is a hinge, shape (njnt,).
-        site_xpos, xanchor, xaxis, qvel: in: positions of sites, of joints, and velocities.
-        ten_length, ten_J: out: lengths [m], and their slopes [m/rad], of a slide [1].
-        row_start, row_count, column: of the sparse `ten_J`.
-        ten_velocity, actuator_velocity: out [m/s].
-        actuators: actuator and the tendon that it pulls, shape (a, 2).
-        gear: of all actuators.
-        path_count, path_sites: number of sites of each tendon, and all of them in order.
-        ten_wrapadr, ten_wrapnum, wrap_obj, wrap_xpos: out: the paths as they are drawn.
-    """
-    _find_slopes(stretches, ends, parts, slides, site_xpos, xanchor, xaxis, ten_length, ten_J)
+    """Write the paths as they are drawn, of so many sites each, all of them in order."""
     point = 0
-    for j in range(ten_length.shape[0]):
-        velocity = 0.0
-        for place in range(row_start[j], row_start[j] + row_count[j]):
-            velocity += ten_J[place] * qvel[column[place]]
-        ten_velocity[j] = velocity
+    for j in range(path_count.shape[0]):
         ten_wrapadr[j], ten_wrapnum[j] = point, path_count[j]
         for _ in range(path_count[j]):
             row, half, site = point // 2, point % 2, path_sites[point]
@@ -245,9 +225,6 @@ def _find(
             for axis in range(3):
                 wrap_xpos[row, 3 * half + axis] = site_xpos[site, axis]
             point += 1
-    for k in range(actuators.shape[0]):
-        actuator, tendon = actuators[k, 0], actuators[k, 1]
-        actuator_velocity[actuator] = gear[actuator, 0] * ten_velocity[tendon]
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -279,26 +256,10 @@ class PathCopies(SiteTendons):
 
     def find_in(self, copies: Index) -> None:
         """Fill in some copies' `ten_J` at their present positions."""
-        find_slopes_of(
-            copies,
-            self._stretches,
-            self._ends,
-            self._parts,
-            self._slides,
-            self._points,
-            self._anchors,
-            self._axes,
-            self.ten_J,
-        )
+        find_slopes_of(copies, *self._known, self._points, self._anchors, self._axes, self.ten_J)
 
     def pull_in(self, copies: Index, tension: Array, applied: Array) -> None:
-        """Add what tendons pull to some copies' applied forces.
-
-        Args:
-            copies: which of the m.
-            tension: at the actuators, shape (m, t) [N].
-            applied: in and out, shape (m, nv).
-        """
+        """Add what tendons at tensions (m, t) [N] pull to the applied forces (m, nv) of some copies."""
         _pull_in(copies, self._pulled, self._column, self.ten_J, tension, applied)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,45 +20,59 @@ SAME = 0.99  # cosine: two contacts with normals nearer to each other than 8 deg
 NOTHING = 1e-12  # in place of D: a contact that presses with nothing
 
 
+class ContactArrays(NamedTuple):
+    """MuJoCo's n contacts: rows (-1: none), geoms (n, 2), distance (below zero: overlap) [m], frames."""
+
+    efc_address: NDArray[np.int32]
+    geom: NDArray[np.int32]
+    dist: Array
+    frame: Array  # (n, 9): first the normal, from the first geom to the second
+
+
+class Geoms(NamedTuple):
+    """What is known of g geoms, and of the regions that are tissue.
+
+    Attributes:
+        is_robot, region: of each geom; region -1 is no tissue, shape (g,).
+        facing: of each geom the unit normal of its free face, or zeros where all of it is free, (g, 3).
+        stiffness: of each region, shape (r,) [N/m].
+    """
+
+    is_robot: NDArray[np.bool_]
+    region: Index
+    facing: Array
+    stiffness: Array
+
+
+class ConstraintRows(NamedTuple):
+    """MuJoCo's rows of constraints: speed from each other [m/s], D, R, a_ref; the last three are written."""
+
+    velocity: Array
+    strength: Array
+    resistance: Array
+    reference: Array
+
+
 @compiled
 def press(
-    rows: NDArray[np.int32],
-    pair: NDArray[np.int32],
-    distance: Array,
-    frame: Array,
-    is_robot: NDArray[np.bool_],
-    region: Index,
-    facing: Array,
-    stiffness: Array,
+    contacts: ContactArrays,
+    geoms: Geoms,
+    rows: ConstraintRows,
     timestep: float,
-    velocity: Array,
-    strength: Array,
-    resistance: Array,
-    reference: Array,
     pressing: Index,
     pressed: Index,
 ) -> int:
     """Rewrite the contacts' rows; return how many press.
 
-    Args:
-        rows: of each contact, -1 where it has none, shape (n,).
-        pair: geoms of each contact, shape (n, 2).
-        distance: of the surfaces, below zero where they overlap, shape (n,) [m].
-        frame: first the normal, from the first geom to the second, shape (n, 9).
-        is_robot, region: of each geom; region -1 is no tissue, shape (g,).
-        facing: of each geom the unit normal of its free face, or zeros where all of it is free, (g, 3).
-        stiffness: of each region, shape (r,) [N/m].
-        timestep: [s].
-        velocity, strength, resistance, reference: of the rows: speed from each other [m/s], D, R, a_ref; the
-            last three are written.
-        pressing, pressed: written: the rows that press, and their regions, shape (n,).
+    Written besides: the rows that press, and their regions, shape (n,) each.
     """
+    pair, is_robot, region, facing = contacts.geom, geoms.is_robot, geoms.region, geoms.facing
     count = 0
-    order = np.argsort(distance)
+    order = np.argsort(contacts.dist)
     kept = np.zeros(len(order), dtype=np.int64)
     normal = np.zeros((len(order), 3))
     for contact in order:
-        row = rows[contact]
+        row = contacts.efc_address[contact]
         first, second = pair[contact, 0], pair[contact, 1]
         robot, tissue, sign = first, second, -1.0
         if not is_robot[first]:
@@ -65,7 +80,7 @@ def press(
         if row < 0 or region[tissue] < 0:
             continue
         for axis in range(3):
-            normal[contact, axis] = sign * frame[contact, axis]
+            normal[contact, axis] = sign * contacts.frame[contact, axis]
         presses, deepest = True, True
         for number in range(count):
             other = kept[number]
@@ -87,11 +102,12 @@ def press(
                 cosine += normal[contact, axis] * facing[tissue, axis]
             presses = free == 0.0 or cosine > SAME
         if not presses:
-            strength[row], resistance[row], reference[row] = NOTHING, 1.0 / NOTHING, 0.0
+            rows.strength[row], rows.resistance[row], rows.reference[row] = NOTHING, 1.0 / NOTHING, 0.0
             continue
-        value = stiffness[region[tissue]] * timestep * timestep
-        strength[row], resistance[row] = value, 1.0 / value
-        reference[row] = (-distance[contact] - timestep * velocity[row]) / (timestep * timestep)
+        value = geoms.stiffness[region[tissue]] * timestep * timestep
+        rows.strength[row], rows.resistance[row] = value, 1.0 / value
+        depth = -contacts.dist[contact]
+        rows.reference[row] = (depth - timestep * rows.velocity[row]) / (timestep * timestep)
         kept[count] = contact
         pressing[count], pressed[count] = row, region[tissue]
         count += 1
@@ -130,20 +146,18 @@ class Tissue:
     """
 
     def __init__(self, model: mujoco.MjModel, stiffness_N_per_m: Mapping[str, float]) -> None:
-        """Prepare the law.
-
-        Args:
-            model: of a robot in surroundings, with geoms `tissue_<region>_<k>`.
-            stiffness_N_per_m: of each region under one geom of the robot.
-        """
+        """Prepare for a model with geoms `tissue_<region>_<k>` and each region's stiffness under one."""
         self.regions = tuple(stiffness_N_per_m)
-        self._stiffness = np.array(list(stiffness_N_per_m.values()))
         names = [model.geom(geom).name for geom in range(model.ngeom)]
         self._model = model
-        self._region = np.array([self._region_of(name) for name in names])
-        self._robot = np.array([name.startswith(TOUCH) for name in names])
-        self._facing = np.zeros((model.ngeom, 3))
-        self._facing[:, : model.nuser_geom] = model.geom_user[:, :3]
+        facing = np.zeros((model.ngeom, 3))
+        facing[:, : model.nuser_geom] = model.geom_user[:, :3]
+        self._geoms = Geoms(
+            np.array([name.startswith(TOUCH) for name in names]),
+            np.array([self._region_of(name) for name in names]),
+            facing,
+            np.array(list(stiffness_N_per_m.values())),
+        )
         # Rows are rewritten where all of them lie; and what MuJoCo calls Euler's step shall only add up.
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_EULERDAMP
         self.forget()
@@ -173,23 +187,9 @@ class Tissue:
         """Make springs of the contacts; return the rows that press, and the regions that they press on."""
         contact = data.contact
         pressing, pressed = np.zeros((2, data.ncon), dtype=np.int64)
-        count = press(
-            contact.efc_address,
-            contact.geom,
-            contact.dist,
-            contact.frame,
-            self._robot,
-            self._region,
-            self._facing,
-            self._stiffness,
-            float(self._model.opt.timestep),
-            data.efc_vel,
-            data.efc_D,
-            data.efc_R,
-            data.efc_aref,
-            pressing,
-            pressed,
-        )
+        contacts = ContactArrays(contact.efc_address, contact.geom, contact.dist, contact.frame)
+        rows = ConstraintRows(data.efc_vel, data.efc_D, data.efc_R, data.efc_aref)
+        count = press(contacts, self._geoms, rows, float(self._model.opt.timestep), pressing, pressed)
         return pressing[:count], pressed[:count]
 
     def _region_of(self, name: str) -> int:

@@ -128,9 +128,9 @@ def closed_form_tips_mm(robot: CatheterRobot, q: Array) -> Array:
         q: joint values, base to tip, shape (r, 4).
     """
     if robot.name == TRANSSEPTAL:
-        tool = kinematics.transseptal_tool(kinematics.transseptal_lengths(robot), q)
+        tool = kinematics.transseptal_tool(robot, q)
     else:
-        tool = kinematics.four_dof_tool(kinematics.four_dof_lengths(robot), q)
+        tool = kinematics.four_dof_tool(robot, q)
     return kinematics.in_base_frame(*tool)[0] * 1e3
 
 

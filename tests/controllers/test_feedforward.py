@@ -13,10 +13,11 @@ from catheter_sim.controllers.loop import along, feedforward
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.kinematics import pk
-from catheter_sim.robots.catheter.measured import displacement_for_angles_m, mk, stretching_joints, te
+from catheter_sim.robots.catheter.measured import mk, stretching_joints, te
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.validation.mitral import joint_angles_deg
+from reference.catheter import displacement_for_angles_m
 
 NO_GRAVITY = np.zeros(3)
 

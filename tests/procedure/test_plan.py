@@ -45,7 +45,7 @@ def planned(request: pytest.FixtureRequest) -> Plan:
 
 def test_printed_closed_form_reaches_the_target(planned: Plan) -> None:
     """Nayar 2022, Eqs 14-15, at the planned values: the whole pose to 1e-7 m and rad."""
-    tool = kinematics.transseptal_tool(kinematics.transseptal_lengths(ROBOT), planned.q[np.newaxis])
+    tool = kinematics.transseptal_tool(ROBOT, planned.q[np.newaxis])
     place, R = kinematics.in_base_frame(*tool)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = R[0], place[0]

@@ -12,7 +12,9 @@ from scipy.optimize import lsq_linear, minimize
 from catheter_sim.catalogue import load_robot
 from catheter_sim.mechanics import tendons
 from catheter_sim.mechanics.capstan import (
+    NUMBERS,
     capstan_factors,
+    new_block,
     slip_as_before,
     solve_tensions,
     span_tensions,
@@ -354,17 +356,19 @@ def test_tendons_on_stiff_drives_come_to_their_common_optimum(seed, line):
     arm[:, 2] = -arm[:, 0] * (1.0 + 1e-3 * generator.normal())
     drive = 10.0 ** generator.uniform(2.0, 5.0, t)
     entering, velocity = 100.0 * generator.normal(size=t), 0.1 * generator.normal(size=n)
-    tension, applied = np.full((t, n), 50.0), np.zeros(n)
-    zeros = np.zeros(n)
+    zeros, applied = np.zeros(n), np.zeros(n)
     starts, entries = np.arange(0, n * t + 1, n, dtype=np.uint64), np.arange(n * t, dtype=np.uint64)
     columns = np.tile(np.arange(n, dtype=np.uint64), t)
+    block, history = new_block((0.0, 20.0, 1e-4), t, n, n * t, n), np.zeros((3, t, n + 2))
+    block[NUMBERS : NUMBERS + t + n] = [*drive, *gain]
+    history[0] = 50.0
+    counts = np.stack([np.full(t, n), np.full(t, n), np.full(t, line)])
+    places = np.concatenate([starts, entries, columns, columns])
     solve_tensions(
-        *(0.0, entering, drive, np.zeros((t, n)), np.full(t, n), arm.T.ravel()),
-        *(starts, entries, columns, columns, np.full(t, line), velocity),
-        *(zeros, zeros, zeros, applied, gain, 20, 1e-4, tension, np.zeros((t, n), dtype=np.int8)),
-        *(np.zeros((t, n + 2)), np.zeros((5, t, n)), np.zeros((2, n * t))),
-        *(np.zeros((10, 20)), np.zeros((2 * t + 4 + n, t)), np.zeros((0, 0))),
+        *(block, history, counts, places, arm.T.ravel(), entering, np.zeros((t, n)), velocity),
+        *(zeros, zeros, zeros, applied),
     )
+    tension = history[0, :, :n]
     # Velocities after the step and actuators' tensions are driven apart as little as possible.
     found = lsq_linear(
         np.concatenate([np.sqrt(gain)[:, None] * arm, np.diag(drive**-0.5)]),
@@ -385,8 +389,7 @@ def test_held_catheter_has_no_more_friction_than_its_tendons_tensions_allow():
         assert simulator.settle()
         drawn = -simulator.data.actuator_force[simulator.pulls.actuators]
         spans = rubbing.span_tension(simulator.data, drawn)
-        law = rubbing.layout()
-        most = np.exp(law.mu * law.turns(simulator.data, law.ends).sum(axis=1))
+        most = np.exp(rubbing.mu * rubbing.turns(simulator.data, rubbing.tendons.ends).sum(axis=1))
         for tension, at_drive, bound in zip(spans, drawn, most, strict=True):
             last = tension[np.isfinite(tension)][-1]
             assert at_drive / bound - 0.1 <= last <= at_drive * bound + 0.1

@@ -130,7 +130,7 @@ def test_what_a_joint_yields_is_what_the_step_makes_of_it() -> None:
     assert isinstance(law, CapstanFriction)
     step = model.opt.timestep
     expected = step / (CELL_STIFFNESS * (0.01**2 + step * (0.01 + step)))
-    assert law.layout().yielding[:5] == pytest.approx(np.full(5, expected), rel=1e-6)
+    assert law.yielding[:5] == pytest.approx(np.full(5, expected), rel=1e-6)
 
 
 def test_tension_of_a_driven_tendon_is_that_of_now() -> None:

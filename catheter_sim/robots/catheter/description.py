@@ -112,10 +112,16 @@ def moved_segment(robot: CatheterRobot, pair: int) -> int:
     return [segment.name for segment in robot.segments].index(robot.tendons[pair].moves)
 
 
+def moved_segments(robot: CatheterRobot) -> list[CatheterSegment]:
+    """Return the segment that each pair moves, in the order of the pairs."""
+    segments = {segment.name: segment for segment in robot.segments}
+    return [segments[pair.moves] for pair in robot.tendons]
+
+
 def bent_by(robot: CatheterRobot) -> dict[str, CatheterSegment]:
     """Return the bending segments, by the name of the pair that moves each, in the order of the pairs."""
-    moved = {pair.name: robot.segments[moved_segment(robot, k)] for k, pair in enumerate(robot.tendons)}
-    return {name: segment for name, segment in moved.items() if segment.joint == "bending"}
+    moved = zip(robot.tendons, moved_segments(robot), strict=True)
+    return {pair.name: segment for pair, segment in moved if segment.joint == "bending"}
 
 
 def beside_springs(robot: CatheterRobot) -> str:
@@ -543,10 +549,9 @@ def _stays_in_plane(segment: CatheterSegment) -> bool:
 
 def movers(robot: CatheterRobot) -> tuple[Mover, ...]:
     """Return what each channel moves: a joint, either way, called as its pair."""
-    joints = [robot.segments[moved_segment(robot, index)].joint for index in range(len(robot.tendons))]
     return tuple(
-        Mover(pair.name, pair.name, advances=joint == "prismatic")
-        for pair, joint in zip(robot.tendons, joints, strict=True)
+        Mover(pair.name, pair.name, advances=segment.joint == "prismatic")
+        for pair, segment in zip(robot.tendons, moved_segments(robot), strict=True)
     )
 
 

@@ -16,7 +16,7 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import has_mount_slide
 from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
-from catheter_sim.mechanics.arcs import arc_end, arc_functions
+from catheter_sim.mechanics.arcs import arc_functions
 from catheter_sim.mechanics.hysteresis import play
 from catheter_sim.robots.catheter.description import (
     FOUR_DOF,
@@ -35,7 +35,17 @@ from catheter_sim.robots.catheter.description import (
     moved_segment,
     moving,
 )
+from catheter_sim.robots.catheter.kernels import (
+    BENDING,
+    PRISMATIC,
+    RIGID,
+    TORSION,
+    element_frames,
+    joint_values,
+)
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment, TendonPair
+
+JOINT_KINDS = {"bending": BENDING, "torsion": TORSION, "prismatic": PRISMATIC, "rigid": RIGID}
 
 # ----------------------------------------------------------------------------------------------------
 # Product of exponentials of twists, for many postures at once.
@@ -56,14 +66,9 @@ def slide(direction: ArrayLike) -> Array:
 
 
 def exponential(twist: Array, value: ArrayLike) -> Array:
-    """Return exp(twist * value).
+    """Return the transforms exp(twist * value), shape (..., 4, 4).
 
-    Args:
-        twist: shape (6,), its axis unit or zero.
-        value: angle [rad] or way [m], shape (...).
-
-    Returns:
-        Transforms, shape (..., 4, 4).
+    `twist` has shape (6,), its axis unit or zero; `value` is an angle [rad] or a way [m], shape (...).
     """
     value = np.asarray(value, dtype=float)
     v, w = twist[:3], twist[3:]
@@ -89,15 +94,9 @@ def cross_matrix(w: Array) -> Array:
 
 
 def product_of_exponentials(twists: Array, values: Array, home: Array) -> Array:
-    """Return exp(twist_1 value_1) ... exp(twist_j value_j) home.
+    """Return exp(twist_1 value_1) ... exp(twist_j value_j) home, shape (..., 4, 4).
 
-    Args:
-        twists: shape (j, 6), in the home posture, base frame.
-        values: shape (..., j).
-        home: transform at zero, shape (4, 4).
-
-    Returns:
-        Transforms, shape (..., 4, 4).
+    Twists in the home posture, base frame, (j, 6); values (..., j); home (4, 4).
     """
     result = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
     for index, twist in enumerate(twists):
@@ -106,14 +105,9 @@ def product_of_exponentials(twists: Array, values: Array, home: Array) -> Array:
 
 
 def space_jacobian(twists: Array, values: Array) -> Array:
-    """Return the twists in the base frame as they lie when the joints are at `values`.
+    """Return the twists (j, 6) in the base frame where the joints are at values (..., j).
 
-    Args:
-        twists: shape (j, 6).
-        values: shape (..., j).
-
-    Returns:
-        Shape (..., 6, j): columns (v, w).
+    Columns (v, w), shape (..., 6, j).
     """
     before = np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4))
     columns = []
@@ -209,22 +203,7 @@ def angle_rad(segment: CatheterSegment, displacement_m: ArrayLike) -> Array:
 
     NaN where no angle exists: the displacement is beyond that of `largest_angle_rad`.
     """
-    displacement = np.asarray(displacement_m, dtype=float)
-    size = np.abs(displacement)
-    largest = largest_angle_rad(segment)
-    side = np.copysign(1.0, displacement)
-    most = np.abs(pulled_m(segment, side * largest))
-    # the last bit of the largest displacement itself is no reason to refuse it
-    size = np.where(size <= most * (1.0 + 1e-12), np.minimum(size, most), np.nan)
-    if segment.joint == "bending":
-        gaps = 2 * (segment.rings + 1)
-        home = _drawn_m(segment, side * segment.rest_rad)
-        t, a, x = segment.half_gap_m, segment.arm_m, (size + home) / gaps
-        return side * 2.0 * gaps * np.arctan(x / (a + np.sqrt(a * a + x * (2.0 * t - x))))
-    whole, radius = _wrapped_m(segment, 0.0), segment.tendon_radius_m
-    around = np.sqrt(np.maximum((whole - size) ** 2 - segment.wrap_height_m**2, 0.0))
-    angle = size * (2.0 * whole - size) / (radius * (radius * segment.wrap_rad + around))
-    return np.copysign(angle, displacement)
+    return elastic_angle_rad(segment, displacement_m, 0.0)
 
 
 def elastic_angle_rad(segment: CatheterSegment, displacement_m: ArrayLike, compliance_m: float) -> Array:
@@ -233,21 +212,21 @@ def elastic_angle_rad(segment: CatheterSegment, displacement_m: ArrayLike, compl
     The pulled tendon's way at the drive is Eq. 3 plus its stretch, which grows with the angle as the
     elastic moment does. NaN where no angle exists. Of any joint if the compliance is 0.
     """
-    displacement = np.asarray(displacement_m, dtype=float)
-    if compliance_m == 0.0:
-        return angle_rad(segment, displacement)
-    side = np.copysign(1.0, displacement)
-    size = np.abs(displacement)
-    turn = side * largest_angle_rad(segment) - segment.rest_rad  # from rest
-    reached = np.abs(pulled_m(segment, segment.rest_rad + turn)) + compliance_m * np.abs(turn)
-    for _ in range(50):  # convex and rising: Newton's steps come down from above
-        angle = segment.rest_rad + turn
-        excess = np.abs(pulled_m(segment, angle)) + compliance_m * np.abs(turn) - size
-        step = excess / (arm_m(segment, angle) + compliance_m)
-        turn = side * np.maximum(np.abs(turn) - step, 0.0)
-        if not (np.abs(step) > 1e-14).any():
-            break
-    return np.where(size <= reached * (1.0 + 1e-12), segment.rest_rad + turn, np.nan)
+    ways = np.asarray(displacement_m, dtype=float)
+    angles = np.empty(ways.shape)
+    numbers = np.array(joint_numbers(segment, compliance_m))
+    joint_values(JOINT_KINDS[segment.joint], np.ravel(ways), numbers, angles.reshape(-1))
+    found: Array = angles[()]
+    return found
+
+
+def joint_numbers(segment: CatheterSegment, compliance_m: float) -> tuple[float, ...]:
+    """Return what the compiled loops know of a joint, shape (6,): see `kernels.pure_values`."""
+    if segment.joint == "bending":
+        gaps = 2.0 * (segment.rings + 1)
+        rest, half_gap, arm = segment.rest_rad, segment.half_gap_m, segment.arm_m
+        return compliance_m, rest, half_gap, arm, gaps, largest_angle_rad(segment)
+    return segment.tendon_radius_m, segment.wrap_rad, segment.wrap_height_m, 0.0, 0.0, 0.0
 
 
 def _side(segment: CatheterSegment, angle: Array) -> Array:
@@ -299,21 +278,6 @@ def tube_bend(segment: CatheterSegment) -> tuple[Array, float]:
     x, y = segment.tube_curvature_x_per_m, segment.tube_curvature_y_per_m
     size = math.hypot(x, y)
     return np.array([-y, x, 0.0]) / size, size
-
-
-def tube_end(segment: CatheterSegment, advance_m: ArrayLike) -> tuple[Array, Array]:
-    """Return where the unloaded tube ends, in the frame of the guide's end.
-
-    Args:
-        segment: a prismatic one.
-        advance_m: shape (...).
-
-    Returns:
-        Position, shape (..., 3) [m], and orientation, shape (..., 3, 3).
-    """
-    advance = np.asarray(advance_m, dtype=float)
-    curvature = np.array([segment.tube_curvature_x_per_m, segment.tube_curvature_y_per_m])
-    return arc_end(curvature * advance[..., None], advance)
 
 
 def tube_chord_change(advance_m: Array, curvature_per_m: Array) -> tuple[Array, Array]:
@@ -448,11 +412,9 @@ def eased_m(drawn_m: Array, sunk_m: Array | float) -> Array:
 
 
 def sunk_by(robot: CatheterRobot, drawn_m: Array) -> Array:
-    """Return how far the base sinks, shape (r,) [m]; NaN where a joint is led beyond its range.
+    """Return how far the base sinks, (r,) [m], as pairs are drawn by (r, t) [m]; NaN beyond a joint's range.
 
-    Args:
-        robot: a catheter whose bending joints are springs, without friction.
-        drawn_m: how far each pair's tendons are drawn at the drive, shape (r, t) [m].
+    The bending joints are springs, without friction.
     """
     sunk = np.zeros(len(drawn_m))
     if not has_mount_slide(robot):
@@ -490,7 +452,7 @@ def _tension(robot: CatheterRobot, drawn_m: Array, sunk_m: Array) -> tuple[Array
 # Forward kinematics of any catheter of torsion, bending and prismatic joints: tool, elements, Jacobian.
 #
 # Joint values q: one for each segment with a joint, base to tip: angle [rad] or advance [m]
-# (`catheter_layout.moving`). A bending joint is an arc of constant curvature, as a chain: a turn by half of
+# (`description.moving`). A bending joint is an arc of constant curvature, as a chain: a turn by half of
 # the bend, a slide by chord less length, a turn by the other half (Nayar 2022, Section II-D, Eq. 20).
 #
 # A prismatic segment's curved tube is one too, of a length that is its joint value (`tube`).
@@ -564,29 +526,16 @@ def screw_chain(robot: CatheterRobot) -> ScrewChain:
 
 
 def tool_frame(robot: CatheterRobot, q: Array) -> Array:
-    """Return the tool frame by the product of exponentials (Nayar 2022, Eq. 12).
-
-    Args:
-        robot: the catheter.
-        q: joint values, shape (..., m).
-
-    Returns:
-        Shape (..., 4, 4), base frame, SI units.
-    """
+    """Return the tool frame (..., 4, 4) at joint values (..., m), base frame, SI (Nayar 2022, Eq. 12)."""
     chain = screw_chain(robot)
     values, _ = _parameters(chain, q)
     return product_of_exponentials(chain.twists, values, chain.home)
 
 
 def tool_jacobian(robot: CatheterRobot, q: Array) -> Array:
-    """Return d(tip position, tool turn) / dq in the base frame.
+    """Return d(tip position, tool turn) / dq at joint values (..., m), base frame, shape (..., 6, m).
 
-    Args:
-        robot: the catheter.
-        q: joint values, shape (..., m).
-
-    Returns:
-        Shape (..., 6, m): rows 0-2 the tip's velocity, rows 3-5 the tool's angular velocity.
+    Rows 0-2 are the tip's velocity, rows 3-5 the tool's angular velocity.
     """
     chain = screw_chain(robot)
     values, slopes = _parameters(chain, q)
@@ -597,42 +546,39 @@ def tool_jacobian(robot: CatheterRobot, q: Array) -> Array:
     return columns @ member
 
 
-def element_frames(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
-    """Return the distal faces of the elements, base to tip.
-
-    Args:
-        robot: the catheter.
-        q: joint values, shape (..., m).
+def batch_frames(
+    robots: Sequence[CatheterRobot], values: Array, wanted: Sequence[int]
+) -> tuple[Array, Array]:
+    """Return the distal faces of the elements `wanted` (rising indices) at the pairs' values (B, r, t).
 
     Returns:
-        Centres, shape (..., n, 3) [m], and orientations, shape (..., n, 3, 3); the last is the tool's.
+        Centres, shape (B, r, n, 3) [m], and orientations, shape (B, r, n, 3, 3).
     """
-    shape = q.shape[:-1]
-    place = np.zeros((*shape, 3))
-    rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
-    value = dict(zip(moving(robot), np.moveaxis(q, -1, 0), strict=True))
-    found: list[tuple[Array, Array]] = []
-    parts = elements(robot)
-    for index, segment in enumerate(robot.segments):
-        faces = [part.face_m for part in parts if part.segment == index]
+    first = robots[0]
+    mover = np.full(len(first.segments), -1)
+    mover[[moved_segment(first, pair) for pair in range(len(first.tendons))]] = np.arange(len(first.tendons))
+    joint = np.array([JOINT_KINDS[segment.joint] for segment in first.segments])
+    parts = [elements(robot) for robot in robots]
+    segment = np.array([parts[0][index].segment for index in wanted], dtype=np.int64)
+    shape = (*values.shape[:2], len(segment))
+    places, rotations = np.empty((*shape, 3)), np.empty((*shape, 3, 3))
+    faces = np.array([[own[index].face_m for index in wanted] for own in parts])
+    numbers = np.array([_segment_numbers(robot) for robot in robots])
+    element_frames(joint, mover, numbers, segment, faces, np.ascontiguousarray(values), places, rotations)
+    return places, rotations
+
+
+def _segment_numbers(robot: CatheterRobot) -> list[tuple[float, float, float]]:
+    """Return the numbers of `kernels.element_frames` for every segment."""
+    found = []
+    for segment in robot.segments:
+        toward = (0.0, 0.0)
         if segment.joint == "bending":
-            axis = "xy".index(segment.bends_toward)
-            bend = np.zeros((*shape, 2))
-            bend[..., axis] = value[index]
-            for face in [*faces, segment.length_m]:
-                step, turned = arc_end(bend * (face / segment.length_m), np.full(shape, face))
-                found.append((place + (rotation @ step[..., None])[..., 0], rotation @ turned))
-            place, rotation = found.pop()
-            continue
-        if segment.joint == "torsion":
-            rotation = rotation @ exponential(turn(_Z, np.zeros(3)), value[index])[..., :3, :3]
-        if segment.joint == "prismatic":
-            step, turned = tube_end(segment, value[index])
-            place, rotation = place + (rotation @ step[..., None])[..., 0], rotation @ turned
-        place = place + rotation[..., 2] * segment.length_m
-        found.append((place, rotation))
-    places, rotations = zip(*found, strict=True)
-    return np.stack(places, axis=-2), np.stack(rotations, axis=-3)
+            toward = (1.0, 0.0) if segment.bends_toward == "x" else (0.0, 1.0)
+        elif segment.joint == "prismatic":
+            toward = segment.tube_curvature_x_per_m, segment.tube_curvature_y_per_m
+        found.append((segment.length_m, *toward))
+    return found
 
 
 def chord_change(bend_rad: Array, length_m: Array) -> tuple[Array, Array]:
@@ -670,47 +616,18 @@ def _parameters(chain: ScrewChain, q: Array) -> tuple[Array, Array]:
 R_BASE_PAPER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-@dataclass(frozen=True)
-class TransseptalLengths:
-    """Link lengths of Nayar 2022, Fig. 4(b) [m]: `pt`, `bl`, and dt + h."""
-
-    proximal_m: float
-    bending_m: float
-    end_m: float
-
-
-@dataclass(frozen=True)
-class FourDofLengths:
-    """Link lengths of Nayar 2023, Section III-C [m]: b_1, bm, b_2 and e_l = ih + dt + bt."""
-
-    proximal_m: float
-    middle_m: float
-    distal_m: float
-    end_m: float
-
-
-def transseptal_lengths(robot: CatheterRobot) -> TransseptalLengths:
-    """Return the lengths of a robot of the design `catheter_layout.TRANSSEPTAL`."""
-    torsion, bending, advance, holder = (segment.length_m for segment in robot.segments)
-    return TransseptalLengths(torsion, bending, advance + holder)
-
-
-def four_dof_lengths(robot: CatheterRobot) -> FourDofLengths:
-    """Return the lengths of a robot of the design `catheter_layout.FOUR_DOF`."""
+def four_dof_lengths_m(robot: CatheterRobot) -> tuple[float, float, float, float]:
+    """Return the link lengths b_1, bm, b_2 and e_l = ih + dt + bt of Nayar 2023, Section III-C [m]."""
     proximal, middle, distal, tip, advance, torsion = (segment.length_m for segment in robot.segments)
-    return FourDofLengths(proximal, middle, distal, tip + advance + torsion)
+    return proximal, middle, distal, tip + advance + torsion
 
 
-def transseptal_tool(lengths: TransseptalLengths, q: Array) -> tuple[Array, Array]:
+def transseptal_tool(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
     """Return the tool of the transseptal robot (Nayar 2022, Eqs 14-15), paper's frame.
 
-    Args:
-        lengths: of the links.
-        q: proximal torsion, bending, advance, distal torsion, shape (..., 4).
-
-    Returns:
-        Position, shape (..., 3), and R, shape (..., 3, 3).
+    Of proximal torsion, bending, advance, distal torsion (..., 4): position (..., 3), and R (..., 3, 3).
     """
+    torsion_m, bending_m, tube_m, holder_m = (segment.length_m for segment in robot.segments)
     p, b, advance, d = np.moveaxis(q, -1, 0)
     cp, sp, cb, sb, cd, sd = np.cos(p), np.sin(p), np.cos(b), np.sin(b), np.cos(d), np.sin(d)
     R = _matrix(
@@ -719,25 +636,20 @@ def transseptal_tool(lengths: TransseptalLengths, q: Array) -> tuple[Array, Arra
         (sb * sd, sb * cd, cb),
     )
     sine, versine = arc_functions(b * b)  # sin(b) / b and (1 - cos b) / b^2
-    end = lengths.end_m + advance
-    radial = lengths.bending_m * versine * b + sb * end
-    height = lengths.proximal_m + cb * end + lengths.bending_m * sine
+    end = tube_m + holder_m + advance
+    radial = bending_m * versine * b + sb * end
+    height = torsion_m + cb * end + bending_m * sine
     return np.stack([radial * sp, -radial * cp, height], axis=-1), R
 
 
-def four_dof_tool(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
+def four_dof_tool(robot: CatheterRobot, q: Array) -> tuple[Array, Array]:
     """Return the tool of the 4-DoF robot (Nayar 2023, Eqs 6-7, corrected), paper's frame.
 
+    Of proximal bending, distal bending, advance, torsion (..., 4): position (..., 3), and R (..., 3, 3).
     Corrections: the third row of R has c_t s_pb + s_db c_pb s_t in the middle; p_y is
     -[s_pb (bm + c_db (e_l + delta)) + b_2 s_db s_pb / theta_db + b_1 (1 - c_pb) / theta_pb].
-
-    Args:
-        lengths: of the links.
-        q: proximal bending, distal bending, advance, torsion, shape (..., 4).
-
-    Returns:
-        Position, shape (..., 3), and R, shape (..., 3, 3).
     """
+    proximal_m, middle_m, distal_m, end_m = four_dof_lengths_m(robot)
     pb, db, advance, t = np.moveaxis(q, -1, 0)
     cp, sp, cd, sd, ct, st = np.cos(pb), np.sin(pb), np.cos(db), np.sin(db), np.cos(t), np.sin(t)
     R = _matrix(
@@ -747,32 +659,12 @@ def four_dof_tool(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
     )
     sine_d, versine_d = arc_functions(db * db)
     sine_p, versine_p = arc_functions(pb * pb)
-    end = lengths.end_m + advance
-    straight = lengths.middle_m + cd * end + lengths.distal_m * sine_d
-    x = sd * end + lengths.distal_m * versine_d * db
-    y = -(sp * straight + lengths.proximal_m * versine_p * pb)
-    z = cp * straight + lengths.proximal_m * sine_p
+    end = end_m + advance
+    straight = middle_m + cd * end + distal_m * sine_d
+    x = sd * end + distal_m * versine_d * db
+    y = -(sp * straight + proximal_m * versine_p * pb)
+    z = cp * straight + proximal_m * sine_p
     return np.stack([x, y, z], axis=-1), R
-
-
-def four_dof_tool_as_printed(lengths: FourDofLengths, q: Array) -> tuple[Array, Array]:
-    """Return Eqs 6-7 of Nayar 2023 as printed; arguments and result as of `four_dof_tool`.
-
-    The third row of R is not of unit length, and p_y neither points where R does nor stays finite at
-    theta_pb = 0. For comparison only.
-    """
-    pb, db, advance, t = np.moveaxis(q, -1, 0)
-    cp, sp, cd, sd, ct, st = np.cos(pb), np.sin(pb), np.cos(db), np.sin(db), np.cos(t), np.sin(t)
-    position, R = four_dof_tool(lengths, q)
-    R, position = R.copy(), position.copy()
-    R[..., 2, 1] = ct * sp - sd * cp * st
-    end = lengths.end_m + advance
-    position[..., 1] = (
-        sp * (lengths.middle_m + cd * end)
-        + lengths.distal_m * sd * sp / db
-        - lengths.proximal_m * (1.0 + cp) / pb
-    )
-    return position, R
 
 
 def in_base_frame(position: Array, R: Array) -> tuple[Array, Array]:
@@ -857,14 +749,10 @@ class InverseResult:
 
 
 def inverse(robot: CatheterRobot, tool: Array) -> InverseResult:
-    """Return the joint values that reach a tool frame.
-
-    Args:
-        robot: of one of the two designs.
-        tool: shape (4, 4), base frame, SI units.
+    """Return the joint values that reach a tool frame (4, 4), base frame, SI units.
 
     Raises:
-        InputError: another design, a tube that is curved at rest, or no transform.
+        InputError: neither of the two designs, a tube that is curved at rest, or no transform.
     """
     solvers: dict[tuple[str, ...], Callable[[CatheterRobot, Array, Array], list[Array]]] = {
         TRANSSEPTAL: _transseptal,
@@ -957,14 +845,14 @@ def _proximal_from_position(robot: CatheterRobot, distal: float, position: Array
 
     At a distal bend of +-90 deg the advance moves the tip along x alone.
     """
-    lengths = four_dof_lengths(robot)
-    straight = lengths.middle_m + lengths.distal_m * math.sin(distal) / distal
+    proximal_m, middle_m, distal_m, _ = four_dof_lengths_m(robot)
+    straight = middle_m + distal_m * math.sin(distal) / distal
     wanted = math.atan2(-position[1], position[2])
 
     def excess(bend: float) -> float:
         # the chord points along half of the bend, what follows along all of it
         half = 0.5 * bend
-        chord = lengths.proximal_m * float(np.sinc(half / math.pi))
+        chord = proximal_m * float(np.sinc(half / math.pi))
         across = chord * math.sin(half) + straight * math.sin(bend)
         along = chord * math.cos(half) + straight * math.cos(bend)
         return math.atan2(across, along) - wanted
@@ -993,13 +881,8 @@ PURE_KINEMATICS = "pk"
 def pk(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
     """Return the postures by pure kinematics; without play every row stands alone.
 
-    The run's residual is a displacement here: what the angles' displacement differs by from the
-    input's, the largest of the pairs [m].
-
-    Args:
-        robot: a catheter.
-        inputs: displacements and advance; no tip force or moment.
-        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
+    The run's residual is a displacement here: what the angles' displacement differs by from the input's, the
+    largest of the pairs [m].
 
     Raises:
         InputError: a load that the model does not have, or a displacement beyond the joint's range.
@@ -1029,12 +912,7 @@ def pure_joint(
 ) -> tuple[Array, Array]:
     """Return the value of the joint that a pair moves, and the displacement left over, per row.
 
-    Args:
-        robot, inputs, pair, model: whose, and along what.
-        sunk_m: how far the mount has given way, shape (r,) [m].
-
-    Returns:
-        Angle [rad] or advance [m], shape (r,), and |displacement left over|, shape (r,) [m].
+    Angle [rad] or advance [m], (r,), and |displacement left over|, (r,) [m]; the mount has sunk by `sunk_m`.
 
     Raises:
         InputError: a displacement to which no angle belongs.
@@ -1058,9 +936,14 @@ def beyond(
     robot: CatheterRobot, inputs: Inputs, row: int, pair: int, segment: CatheterSegment, model: str
 ) -> InputError:
     """Return the error for a displacement to which no angle of the joint belongs."""
-    name = f"{drives(robot, inputs.actuation)[pair].column} = {inputs.tendon[row, pair] * 1e3:g}"
     reach = f"beyond the range of its joint, which ends at {math.degrees(largest_angle_rad(segment)):.4g} deg"
-    return InputError(f"{row_name(inputs, row)}: static model {model!r}: {name}: {reach}")
+    return InputError(f"{channel_at(robot, inputs, pair, model, row)}: {reach}")
+
+
+def channel_at(robot: CatheterRobot, inputs: Inputs, pair: int, model: str, row: int) -> str:
+    """Return what names a row, a model and the displacement of a pair in a message."""
+    channel = f"{drives(robot, inputs.actuation)[pair].column} = {inputs.tendon[row, pair] * 1e3:g}"
+    return f"{row_name(inputs, row)}: static model {model!r}: {channel}"
 
 
 def require_unloaded(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array, model: str) -> None:
@@ -1087,14 +970,13 @@ def run_of(
     """Return the run of a kinematic model.
 
     Args:
-        robot, inputs, gravity_mps2, model: as they were given.
         values: of the joint that each pair moves, each of shape (r,) [rad or m].
-        residual: shape (r,).
         tension_N: of each pair, shape (r, t) [N]; default: the elastic moment's.
         sunk_m: how far the base has sunk along -z, shape (r,) [m].
     """
-    q = joint_vector(robot, np.stack(values, axis=-1))
-    p_w, R_w = element_frames(robot, q)
+    drawn = np.stack(values, axis=-1)
+    q = joint_vector(robot, drawn)
+    p_w, R_w = (item[0] for item in batch_frames([robot], drawn[np.newaxis], range(len(elements(robot)))))
     p_w[..., 2] -= np.broadcast_to(sunk_m, len(p_w))[:, np.newaxis]
     if tension_N is None:
         tension_N = np.stack([elastic_tension_N(robot, k, value) for k, value in enumerate(values)], axis=-1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,7 +20,7 @@ from catheter_sim.robots.catheter.description import (
     bending_tubes,
     bent_by,
     drives,
-    moved_segment,
+    moved_segments,
     tube_stiffness_N_m2,
 )
 from catheter_sim.robots.catheter.kinematics import (
@@ -52,13 +53,8 @@ from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment, Te
 def tangents(actuators: Index, places: Index, law: Array, qpos: Array, ctrl: Array, bias: Array) -> None:
     """Make one catheter's torsion joints' actuators the tangents of their pairs' law.
 
-    Args:
-        actuators, places: of the joints, and of their angles in `qpos`, shape (k,).
-        law: of each: radius, wrap's height [m], wrap [rad], home length [m], stiffness, actuator's gain
-            [N/m], shape (k, 6).
-        qpos: positions, shape (nq,).
-        ctrl: controls, shape (nu,) [m].
-        bias: out: at [:, :2]: bias and length gain, shape (nu, 3 or more).
+    `actuators` and `places` of their angles in `qpos`, (k,); `law`: radius, wrap's height [m], wrap [rad],
+    home length [m], stiffness, actuator's gain [N/m], (k, 6). Out: bias and length gain, at bias[:, :2].
     """
     for k in range(actuators.shape[0]):
         radius, height, wrap, home = law[k, 0], law[k, 1], law[k, 2], law[k, 3]
@@ -98,14 +94,9 @@ def advance_of(
 ) -> None:
     """Set the controls for displacements that have moved by a share of their change.
 
-    Args:
-        copies: which of the m, shape (k,).
-        start, change: of the chosen ones' displacements, shape (k, p) [m].
-        share: of the change.
-        half_play: half of each pair's dead-band, shape (p,) [m].
-        pair, sign: of each driven actuator, the first ones in `ctrl`, shape (a,).
-        arrived: in and out: what arrives at the pairs, shape (m, p) [m].
-        ctrl: out: controls, shape (m, nu).
+    `start` and `change` of the chosen k copies, (k, p) [m]; `half_play` of each pair [m]; `pair` and `sign`
+    of each driven actuator, the first ones in `ctrl`, (a,). In and out: what arrives at the pairs, (m, p)
+    [m].
     """
     for row in range(copies.shape[0]):
         i = copies[row]
@@ -120,28 +111,6 @@ def advance_of(
 # The pairs that turn a simulated catheter's torsion joints.
 
 
-@dataclass(frozen=True)
-class TorsionArrays:
-    """The torsion joints' pairs as plain arrays, each of shape (k,), for where they are found elsewhere.
-
-    Attributes:
-        actuators, qpos: their actuators, and where their angles are in the positions.
-        radius, height, wrap: of the wrapped tendons [m, m, rad].
-        home: wrapped length at rest [m].
-        stiffness: of each pair [N/m].
-        gain: of the actuators [N m/m].
-    """
-
-    actuators: np.ndarray
-    qpos: np.ndarray
-    radius: Array
-    height: Array
-    wrap: Array
-    home: Array
-    stiffness: Array
-    gain: Array
-
-
 class TorsionPairs(Law):
     """The wrapped tendons of the torsion joints.
 
@@ -153,73 +122,54 @@ class TorsionPairs(Law):
 
     Attributes:
         pairs: their places among the robot's pairs, shape (k,).
-        law: their numbers, as `drive_kernel.tangents` takes them, shape (k, 6).
+        actuators, angles: their actuators, and where their angles are in the positions, shape (k,).
+        law: their numbers, as `tangents` takes them, shape (k, 6).
     """
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
         self._model = model = place.model
-        moved = [robot.segments[moved_segment(robot, index)] for index in range(len(robot.tendons))]
+        moved = moved_segments(robot)
         turns = [index for index, segment in enumerate(moved) if segment.joint == "torsion"]
         modules = [moved[index] for index in turns]
         self.pairs = np.array(turns, dtype=int)
         names = [f"tendon_{robot.tendons[index].name}" for index in turns]
-        self._actuators = np.array([place.actuator(name).id for name in names], dtype=int)
-        self._qpos = np.array([place.joint(module.name).qposadr[0] for module in modules], dtype=int)
-        self._radius = np.array([module.tendon_radius_m for module in modules])
-        self._height = np.array([module.wrap_height_m for module in modules])
-        self._wrap = np.array([module.wrap_rad for module in modules])
-        self._home = np.hypot(self._radius * self._wrap, self._height)
-        self._stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
-        self._gain = model.actuator_gainprm[self._actuators, 0].copy()
-        numbers = self._radius, self._height, self._wrap, self._home, self._stiffness, self._gain
-        self.law = np.stack(numbers, axis=1)
-
-    def arrays(self) -> TorsionArrays:
-        """Return what their law needs to know of the pairs."""
-        return TorsionArrays(
-            actuators=self._actuators,
-            qpos=self._qpos,
-            radius=self._radius,
-            height=self._height,
-            wrap=self._wrap,
-            home=self._home,
-            stiffness=self._stiffness,
-            gain=self._gain,
-        )
+        self.actuators = np.array([place.actuator(name).id for name in names], dtype=int)
+        self.angles = np.array([place.joint(module.name).qposadr[0] for module in modules], dtype=int)
+        radius = np.array([module.tendon_radius_m for module in modules])
+        height = np.array([module.wrap_height_m for module in modules])
+        wrap = np.array([module.wrap_rad for module in modules])
+        stiffness = np.array([tendon_stiffness(robot, robot.tendons[index]) for index in turns])
+        gain = model.actuator_gainprm[self.actuators, 0]
+        home = np.hypot(radius * wrap, height)
+        self.law = np.stack([radius, height, wrap, home, stiffness, gain], axis=1)
 
     def actuate(self, step: Step) -> None:
         """Let the torsion joints' actuators be their pairs at the present angles and controls."""
         if len(self.pairs):
             data, bias = step.data, self._model.actuator_biasprm
-            tangents(self._actuators, self._qpos, self.law, data.qpos, data.ctrl, bias)
+            tangents(self.actuators, self.angles, self.law, data.qpos, data.ctrl, bias)
 
     def tension(self, qpos: Array, ctrl: Array) -> Array:
-        """Return the tension of each pair's tauter tendon, shape (..., k) [N].
-
-        Args:
-            qpos: positions, shape (..., nq).
-            ctrl: controls, shape (..., nu).
-        """
-        angle, displacement = qpos[..., self._qpos], ctrl[..., self._actuators]
-        around = self._radius * np.maximum(self._wrap - np.abs(angle), 0.0)
-        drawn = np.copysign(self._home - np.hypot(around, self._height), angle)
-        return np.abs(self._stiffness * (displacement - drawn))
+        """Return the tension of each pair's tauter tendon at qpos (..., nq), ctrl (..., nu), (..., k) [N]."""
+        radius, height, wrap, home, stiffness, _ = self.law.T
+        angle, displacement = qpos[..., self.angles], ctrl[..., self.actuators]
+        around = radius * np.maximum(wrap - np.abs(angle), 0.0)
+        drawn = np.copysign(home - np.hypot(around, height), angle)
+        return np.abs(stiffness * (displacement - drawn))
 
 
 class TorsionCopies(CopiesLaw):
     """The pairs in many copies."""
 
     def __init__(self, pairs: TorsionPairs, arrays: CopyArrays) -> None:
-        own = pairs.arrays()
-        self._actuators, self._qpos = own.actuators, own.qpos
-        self._law = pairs.law
-        self._arrays, self._bias = arrays, arrays.own("actuator_biasprm")
+        self._pairs, self._arrays, self._bias = pairs, arrays, arrays.own("actuator_biasprm")
 
     def actuate(self, copies: Index) -> None:
         """Let the torsion joints' actuators be their pairs."""
-        if len(self._actuators):
-            arrays = self._arrays
-            tangents_of(copies, self._actuators, self._qpos, self._law, arrays.qpos, arrays.ctrl, self._bias)
+        pairs, arrays = self._pairs, self._arrays
+        if len(pairs.pairs):
+            numbers = pairs.actuators, pairs.angles, pairs.law
+            tangents_of(copies, *numbers, arrays.qpos, arrays.ctrl, self._bias)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -245,7 +195,7 @@ class PairControls:
 
     def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
         self._robot, model = robot, place.model
-        moved = [robot.segments[moved_segment(robot, index)] for index in range(len(robot.tendons))]
+        moved = moved_segments(robot)
         bending = [index for index, segment in enumerate(moved) if segment.joint == "bending"]
         # The order of the model's actuators: the pairs, then the antagonists.
         self.pair = np.array([*range(len(moved)), *bending], dtype=int)
@@ -342,7 +292,7 @@ class PairTurns:
         before: of each pair, the pairs whose joints it passes.
     """
 
-    def __init__(self, robot: CatheterRobot, place: RobotInModel, spans: int) -> None:
+    def __init__(self, robot: CatheterRobot, place: RobotInModel) -> None:
         self.path_rad, self._name = robot.path_rad, robot.name
         self.gaps = []
         for segment in bent_by(robot).values():
@@ -350,7 +300,7 @@ class PairTurns:
             self.gaps.append(np.array([place.joint(name).qposadr[0] for name in names]))
         order = [robot.segments.index(segment) for segment in bent_by(robot).values()]
         self.before = [[other for other, k in enumerate(order) if k < own] for own in order]
-        self._turn = np.zeros((2 * len(order), spans))
+        self._turn = np.zeros((2 * len(order), max(len(gaps) for gaps in self.gaps)))
 
     def __call__(self, data: mujoco.MjData, ends: np.ndarray | None = None) -> Array:
         """Return the turn before each span, shape (2 pairs, n) [rad], in a reused array."""
@@ -371,19 +321,10 @@ class PairTurns:
         raise InputError(f"{self._name}: friction of a catheter's pairs: not for many copies at once")
 
 
-def span_ends(robot: CatheterRobot) -> np.ndarray:
-    """Return the number of spans of each tendon: the pairs', then their antagonists', shape (t,)."""
-    return np.array(2 * [segment.rings + 1 for segment in bent_by(robot).values()])
-
-
-def pair_turns(robot: CatheterRobot, place: RobotInModel) -> PairTurns:
-    """Return the turns of the bending joints' tendons."""
-    return PairTurns(robot, place, int(span_ends(robot).max()))
-
-
-def paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
+def tendon_paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
     """Return where the bending joints' tendons rub, in the order of the actuators that pull them."""
-    bent, ends = bent_by(robot), span_ends(robot)
+    bent = bent_by(robot)
+    ends = np.array(2 * [segment.rings + 1 for segment in bent.values()])
     return TendonPaths(
         names=[f"{place.prefix}tendon_{pair}_{sign}" for sign in ("pos", "neg") for pair in bent],
         spans=int(ends.max()),
@@ -393,7 +334,7 @@ def paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
             for segment in bent.values()
             for gap in range(1, segment.rings + 2)
         },
-        turns=pair_turns(robot, place),
+        turns=PairTurns(robot, place),
     )
 
 
@@ -421,7 +362,6 @@ class JointResistance:
     def __init__(self, segment: CatheterSegment, place: RobotInModel) -> None:
         """Start unbent."""
         self._law: JointForce = LAWS[segment.resistance]
-        self._segment = segment
         self._gaps = segment.rings + 1
         joints = [place.joint(f"{segment.name}_{gap}") for gap in range(1, self._gaps + 1)]
         self._ids = np.array([joint.id for joint in joints])
@@ -431,7 +371,8 @@ class JointResistance:
         # per radian of one gap: its moment is the joint's, its angle a share of the joint's bend
         self._scale = np.degrees(1.0) * self._law.loading[1] * segment.arm_m * self._gaps
         law = self._law
-        self._numbers = tuple(np.array(item) for item in (law.loading, law.bounds_deg, law.c_1, law.c_2))
+        arms = segment.arm_m, segment.half_gap_m
+        self._numbers = [np.array(item) for item in (arms, law.loading, law.bounds_deg, law.c_1, law.c_2)]
         self._own = model.jnt_stiffness[self._ids].copy(), model.qpos_spring[self._qpos].copy()
         self.reset()
 
@@ -443,15 +384,12 @@ class JointResistance:
         self._turn = np.zeros((2, self._gaps))  # toward + and toward - [deg]
 
     def arrays(self) -> tuple[list[np.ndarray], list[Array]]:
-        """Return the law as plain arrays with a row for each gap, for where it runs elsewhere.
+        """Return the law as plain arrays with a row for each of n gaps, for where it runs elsewhere.
 
-        Returns:
-            Places in MuJoCo: joints, positions, degrees of freedom. Numbers: gaps of the joint, moment
-            per radian [N m/rad], arm and half gap, (n, 2) [m], and of Algorithm 2 `loading`, (n, 4),
-            `bounds_deg`, (n, 2), `c_1` and `c_2`, (n, 3).
+        Places in MuJoCo: joints, positions, degrees of freedom. Numbers: gaps of the joint, moment per radian
+        [N m/rad], arm and half gap, (n, 2) [m], and of Algorithm 2 `loading`, `bounds_deg`, `c_1` and `c_2`.
         """
-        arms = np.array([self._segment.arm_m, self._segment.half_gap_m])
-        numbers = np.array(float(self._gaps)), np.array(self._scale), arms, *self._numbers
+        numbers = np.array(float(self._gaps)), np.array(self._scale), *self._numbers
         rows = [np.repeat(item[np.newaxis], self._gaps, axis=0) for item in numbers]
         return [self._ids, self._qpos, self._dofs], rows
 
@@ -484,23 +422,8 @@ class JointResistance:
 
     def _bounds(self, angle: Array) -> tuple[Array, Array]:
         """Return the moments at which the gaps slip back and on, with the angle's sign, each (n,) [N m]."""
-        segment = self._segment
-        loading, bounds_deg, c_1, c_2 = self._numbers
         low, high = np.empty(self._gaps), np.empty(self._gaps)
-        least = LEAST_RATIO * self._scale
-        _slipping(
-            angle,
-            self._turn,
-            segment.arm_m,
-            segment.half_gap_m,
-            least,
-            loading,
-            bounds_deg,
-            c_1,
-            c_2,
-            low,
-            high,
-        )
+        _slipping(angle, self._turn, LEAST_RATIO * self._scale, *self._numbers, low, high)
         return low, high
 
 
@@ -508,9 +431,8 @@ class JointResistance:
 def _slipping(
     angle: Array,
     turn_deg: Array,
-    arm_m: float,
-    half_gap_m: float,
     least: float,
+    arms: Array,
     loading: Array,
     bounds_deg: Array,
     c_1: Array,
@@ -518,21 +440,16 @@ def _slipping(
     low: Array,
     high: Array,
 ) -> None:
-    """Write the moments at which the gaps of a joint slip back and on, as `joint_force` has them.
+    """Write the moments at which the gaps of a joint slip back and on, low and high, (n,) [N m].
 
-    Args:
-        angle: of the gaps, shape (n,) [rad].
-        turn_deg: to which each was last loaded, toward + and toward -, shape (2, n) [deg].
-        arm_m, half_gap_m: of the joint's tendons and gaps [m].
-        least: stiffness below which no moment falls [N m/rad].
-        loading, bounds_deg, c_1, c_2: Algorithm 2.
-        low, high: out, shape (n,) [N m].
+    As `joint_force` has them, at angles (n,) [rad]; `turn_deg`: to which each was last loaded, toward + and
+    toward -, (2, n) [deg]; `least`: stiffness below which no moment falls [N m/rad].
     """
     gaps = len(angle)
     for k in range(gaps):
         size = abs(angle[k])
         bend, half = math.degrees(size) * gaps, 0.5 * size
-        arm = arm_m * math.cos(half) + half_gap_m * math.sin(half)
+        arm = arms[0] * math.cos(half) + arms[1] * math.sin(half)
         tension = loading[0] + bend * (loading[1] + bend * (loading[2] + bend * loading[3]))
         tension = max(tension, 0.0)
         turn = turn_deg[0 if angle[k] >= 0.0 else 1, k]
@@ -591,34 +508,17 @@ LARGEST_STRAIN = 0.5  # no tendon comes near
 
 @dataclass(frozen=True)
 class Stretched:
-    """A tendon at a stretch.
-
-    Attributes:
-        tension_N: below zero where it is slack [N].
-        stiffness_N_per_m: slope of the tension over the stretch [N/m].
-    """
+    """A tendon at a stretch: its tension, below zero where it is slack [N], and its slope [N/m]."""
 
     tension_N: float
     stiffness_N_per_m: float
 
 
 class StretchingTendon:
-    """One tendon and its history.
-
-    Attributes:
-        length: over which it stretches by the law [m].
-        compliance: of what is in series with it [m/N].
-        state: its history.
-    """
+    """One tendon and its history: Algorithm 1 over `length` [m], in series with `compliance` [m/N]."""
 
     def __init__(self, length_m: float, stiffness_N_per_m: float, law: TendonLaw = PRINTED) -> None:
-        """Start with a new tendon.
-
-        Args:
-            length_m: over which it stretches by the law.
-            stiffness_N_per_m: of what is in series with it; inf: nothing.
-            law: parameters of Algorithm 1.
-        """
+        """Start with a new tendon; a stiffness of inf: nothing is in series with it."""
         self.length, self.compliance, self._law = length_m, 1.0 / stiffness_N_per_m, law
         self.state = TendonState()
 
@@ -660,74 +560,44 @@ class StretchingTendon:
         return float(brentq(excess, 0.0, min(stretch_m / self.length, LARGEST_STRAIN), xtol=1e-14))
 
 
-@dataclass(frozen=True)
-class StretchArrays:
-    """The stretching tendons of a model as plain arrays, each of shape (k,), for where they run elsewhere.
+class StretchLaws(Law):
+    """The stretching tendons of a model, in the order of the actuators that pull them.
 
     Attributes:
-        actuators, tendons: in MuJoCo.
-        rest: unstretched lengths [m].
-        length, compliance: as of `StretchingTendon` [m, m/N].
-        law: of all.
+        actuators, numbers: of each in MuJoCo, shape (k,).
+        rest: unstretched lengths, shape (k,) [m].
+        tendons: each with its history.
     """
 
-    actuators: np.ndarray
-    tendons: np.ndarray
-    rest: Array
-    length: Array
-    compliance: Array
-    law: TendonLaw
-
-
-class StretchLaws(Law):
-    """The stretching tendons of a model, in the order of the actuators that pull them."""
-
     def __init__(self, robot: CatheterRobot, place: RobotInModel, controls: PairControls) -> None:
-        """Find the pairs whose tendons follow the law.
-
-        Args:
-            robot: the catheter.
-            place: where it is.
-            controls: its own, which know the tendons of bending joints.
-        """
+        """Find the pairs whose tendons follow the law among the bending joints' that `controls` knows."""
         model, actuators, pairs = place.model, controls.pulls, controls.pulling_pair
         chosen = [index for index, pair in enumerate(pairs) if stretches(robot.tendons[pair])]
         self._places = np.array(chosen, dtype=int)
-        self._actuators = actuators[self._places]
+        self.actuators = actuators[self._places]
         items = [robot.tendons[int(pairs[index])] for index in chosen]
-        self._tendons = [StretchingTendon(item.length_m, item.stiffness_N_per_m, PRINTED) for item in items]
-        self._ids = model.actuator_trnid[self._actuators, 0]
-        self._rest = model.tendon_lengthspring[self._ids, 0] + np.array([item.slack_m for item in items])
+        self.tendons = [StretchingTendon(item.length_m, item.stiffness_N_per_m, PRINTED) for item in items]
+        self.numbers = model.actuator_trnid[self.actuators, 0]
+        self.rest = model.tendon_lengthspring[self.numbers, 0] + np.array([item.slack_m for item in items])
         self._model = model
         self._own = (
-            model.actuator_gainprm[self._actuators].copy(),
-            model.actuator_biasprm[self._actuators].copy(),
-        )
-
-    def layout(self) -> StretchArrays:
-        """Return the tendons as plain arrays."""
-        return StretchArrays(
-            actuators=self._actuators,
-            tendons=self._ids,
-            rest=self._rest,
-            length=np.array([tendon.length for tendon in self._tendons]),
-            compliance=np.array([tendon.compliance for tendon in self._tendons]),
-            law=PRINTED,
+            model.actuator_gainprm[self.actuators].copy(),
+            model.actuator_biasprm[self.actuators].copy(),
         )
 
     def reset(self) -> None:
         """Return to new tendons."""
         gain, bias = self._model.actuator_gainprm, self._model.actuator_biasprm
-        gain[self._actuators], bias[self._actuators] = self._own
-        for tendon in self._tendons:
+        gain[self.actuators], bias[self.actuators] = self._own
+        for tendon in self.tendons:
             tendon.reset()
 
     def actuate(self, step: Step) -> None:
         """Make the actuators the tangents of the law at the present lengths and controls."""
         data, pulls = step.data, step.pulls
-        stretch = data.ctrl[self._actuators] + data.ten_length[self._ids] - self._rest
+        stretch = data.ctrl[self.actuators] + data.ten_length[self.numbers] - self.rest
         for place, actuator, tendon, own in zip(
-            self._places, self._actuators, self._tendons, stretch, strict=True
+            self._places, self.actuators, self.tendons, stretch, strict=True
         ):
             found = tendon.at(float(own))
             slope = found.stiffness_N_per_m
@@ -758,8 +628,7 @@ def _goes_on(state: TendonState, strain: float) -> bool:
 SHORTEST_M = 1e-5
 
 
-@dataclass(frozen=True)
-class TubeArrays:
+class TubeArrays(NamedTuple):
     """A tube as plain arrays, for where it runs elsewhere.
 
     Attributes:
@@ -913,11 +782,6 @@ def laws(robot: CatheterRobot, place: RobotInModel) -> tuple[Law, ...]:
     if stretching(robot):
         result.append(StretchLaws(robot, place, PairControls(robot, place)))
     return tuple(result)
-
-
-def tendon_paths(robot: CatheterRobot, place: RobotInModel) -> TendonPaths:
-    """Return where the bending joints' tendons rub."""
-    return paths(robot, place)
 
 
 def sliding_joints(robot: CatheterRobot) -> list[str]:

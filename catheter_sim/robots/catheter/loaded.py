@@ -38,15 +38,11 @@ TOWARD_X, TOWARD_Y, AROUND_Z = 0, 1, 2
 
 @compiled
 def stand_rows(kind, link, angle, place, axis, turned):
-    """Write where hinges are at each of m rows.
+    """Write where h hinges of given kinds are at each of m rows.
 
-    Args:
-        kind: of each hinge, shape (h,).
-        link: straight way before each and beyond the last, shape (m, h + 1) [m].
-        angle: shape (m, h) [rad].
-        place: gets the hinges' places, and the tip, shape (m, h + 1, 3) [m].
-        axis: gets their axes, shape (m, h, 3).
-        turned: gets the frames before each hinge and beyond the last, their columns first, (m, h + 1, 3, 3).
+    Straight ways before each and beyond the last (m, h + 1) [m], angles (m, h) [rad]. Out: places of the
+    hinges and the tip (m, h + 1, 3) [m]; axes (m, h, 3); frames before each hinge and beyond the last, their
+    columns first, (m, h + 1, 3, 3).
     """
     rows, count = angle.shape
     for m in range(rows):
@@ -85,16 +81,11 @@ def _cross(a, b, out):
 
 @compiled
 def moment_rows(axis, place, centre, after, mass, force, moment, gravity, lever, turns, torque, slopes):
-    """Write the load's moments about hinges at each of m rows, and their slopes.
+    """Write the load's moments about hinges at each of m rows (m, h) [N m], and their slopes (m, h, h).
 
-    Args:
-        axis, place: of the hinges, shape (m, h, 3) and, with the tip, (m, h + 1, 3) [m].
-        centre, after, mass: of the n elements: centres of mass, shape (m, n, 3) [m], how many hinges come
-            before each, and [kg].
-        force, moment: on the tip, shape (m, 3) [N], [N m].
-        gravity: shape (3,) [m/s^2].
-        lever, turns: of shape (2, h, 3) each, overwritten.
-        torque, slopes: get the moments, shape (m, h) [N m], and their slopes, shape (m, h, h).
+    Axes (m, h, 3), places with the tip (m, h + 1, 3); of the n elements centres of mass (m, n, 3), how many
+    hinges come before each, and mass; force and moment on the tip (m, 3), gravity (3,); SI units. `lever` and
+    `turns`, (2, h, 3) each, are overwritten.
     """
     rows, count = axis.shape[:2]
     for m in range(rows):
@@ -193,13 +184,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Load:
-    """What acts along m rows, base frame.
-
-    Attributes:
-        force: on the tip, shape (m, 3) [N].
-        moment: there, shape (m, 3) [N m].
-        gravity: on the elements' masses, shape (3,) [m/s^2].
-    """
+    """What acts along m rows, base frame: on the tip, (m, 3) [N] and [N m]; on masses, (3,) [m/s^2]."""
 
     force: Array
     moment: Array
@@ -303,13 +288,7 @@ def _add_tube(row: _Row, index: int, bends: bool) -> None:
 
 
 def stand(hinges: Hinges, angle: Array, advance: Array) -> Standing:
-    """Return where the hinges are.
-
-    Args:
-        hinges: of one robot.
-        angle: of each hinge, shape (m, h) [rad].
-        advance: of each tube, shape (m, p) [m].
-    """
+    """Return where one robot's hinges are at angles (m, h) [rad] and advances of its tubes (m, p) [m]."""
     rows, count = angle.shape
     link = hinges.link_m + advance @ hinges.link_share.T
     place, axis = np.empty((rows, count + 1, 3)), np.empty((rows, count, 3))
@@ -337,21 +316,10 @@ def moments(hinges: Hinges, standing: Standing, load: Load) -> tuple[Array, Arra
     """
     rows, count = standing.axis.shape[:2]
     torque, slopes = np.empty((rows, count)), np.empty((rows, count, count))
-    scratch = np.empty((2, 2, max(count, 2), 3))
-    moment_rows(
-        standing.axis,
-        standing.place,
-        np.ascontiguousarray(standing.centre),
-        hinges.after,
-        hinges.mass_kg,
-        np.ascontiguousarray(load.force),
-        np.ascontiguousarray(load.moment),
-        np.ascontiguousarray(load.gravity),
-        scratch[0],
-        scratch[1],
-        torque,
-        slopes,
-    )
+    lever, turns = np.empty((2, 2, max(count, 2), 3))
+    masses = np.ascontiguousarray(standing.centre), hinges.after, hinges.mass_kg
+    loads = (np.ascontiguousarray(item) for item in (load.force, load.moment, load.gravity))
+    moment_rows(standing.axis, standing.place, *masses, *loads, lever, turns, torque, slopes)
     return torque, slopes
 
 
@@ -374,7 +342,7 @@ class Pull:
         gaps: its hinges.
         half_gap_m, arm_m: of the segment.
         compliance: of each tendon, as the joint feels it, shape (m,) [m/N].
-        firmness: by which a tendon's lack of length is weighed against a tension, shape (m,) [N/m].
+        firmness: of a tendon's lack of length against a tension, shape (m,) [N/m].
         drawn_m: by how much the tendon toward + and the one toward - may be no longer than straight,
             shape (m, 2) [m].
     """
@@ -393,14 +361,9 @@ class Pull:
         return replace(self, **numbers)
 
     def shortened(self, angle: Array, side: int) -> tuple[Array, Array, Array]:
-        """Return how much shorter than straight a side's tendon is at all hinges' angles (m, h).
+        """Return how much shorter than straight the tendon of a side of `TOWARD` is at angles (m, h) [rad].
 
-        Args:
-            angle: of all hinges, shape (m, h) [rad].
-            side: index in `TOWARD`.
-
-        Returns:
-            Way, shape (m,) [m], its slopes in the gaps' angles, shape (m, g) [m/rad], and theirs.
+        Way (m,) [m], its slopes in the gaps' angles (m, g) [m/rad], and theirs.
         """
         half, toward = 0.5 * angle[:, self.gaps], TOWARD[side] * self.arm_m
         sine, cosine = np.sin(half), np.cos(half)
@@ -494,7 +457,6 @@ def held_by(robot: CatheterRobot, inputs: Inputs, rows: np.ndarray, values: Arra
     """Return what holds `robot` at some rows of inputs.
 
     Args:
-        robot, inputs, rows: whose, along what, and at which of its rows.
         values: of each pair's joint without load, shape (m, t) [rad or m].
         rubbed: tension of each bending pair at its drive over that at its joint, shape (m, t).
     """
@@ -683,7 +645,7 @@ _MOST_STEPS = 40
 _LARGEST_STEP_RAD = 0.15  # of any hinge; gaps close at 0.4 or so
 _BALANCED_N_M = 1e-13
 _MET_M = 1e-14
-_LEAST_TENSION_N = 1e-6  # from which on it is told how much of it friction takes
+_LEAST_TENSION_N = 1e-6  # from which on it is known how much of it friction takes
 _SHARES = np.linspace(0.1, 1.0, 10)  # of the load, one after another, where all at once finds no balance
 
 
@@ -790,8 +752,8 @@ def _yielded(
 ) -> Yielded:
     load = Load(force, moment, gravity_mps2)
     none = load.part(np.arange(len(force)), 0.0)
-    before, _ = _found(held, at_values(held, values, sunk_m), none)
-    after, left = _found(held, before, load)
+    before, _ = _balance(held, at_values(held, values, sunk_m), none)
+    after, left = _balance(held, before, load)
     was, now = (stand(held.hinges, state.angle, state.advance) for state in (before, after))
     moved = now.face - was.face
     moved[..., 2] -= (after.sunk - before.sunk)[:, np.newaxis]
@@ -843,7 +805,7 @@ def under_load(run: StaticRun, rows: np.ndarray, found: Yielded) -> StaticRun:
     return replace(run, postures=tuple(postures), residual=residual)
 
 
-def _found(held: Held, start: State, load: Load) -> tuple[State, Array]:
+def _balance(held: Held, start: State, load: Load) -> tuple[State, Array]:
     """Return the balance under the load, and what is left unbalanced, shape (m,) [N m]; NaN: none found."""
     state, left = _newton(held, guessed(held, start, load), load)
     (failed,) = np.nonzero(np.isnan(left))

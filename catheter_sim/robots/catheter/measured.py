@@ -5,22 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, least_squares, nnls
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.inputs import Inputs, row_name
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import plays
-from catheter_sim.robots.catheter.description import bent_by, drives, moved_segment
+from catheter_sim.robots.catheter.description import bent_by, moved_segment
 from catheter_sim.robots.catheter.kinematics import (
     angle_rad,
     arm_m,
     beyond,
+    channel_at,
     largest_angle_rad,
     pulled_m,
     pure_joint,
@@ -192,7 +193,7 @@ def stretched(law: TendonLaw, state: TendonState, strain: float) -> TendonState:
 
 
 def strain_at(law: TendonLaw, state: TendonState, tension_N: float) -> float:
-    """Return the strain at which the tendon, moved there straight, has a tension, [N] >= 0.
+    """Return the strain at which the tendon, moved there straight, has a tension [N] of 0 or more.
 
     At zero tension: where it just goes slack.
 
@@ -309,11 +310,8 @@ def identify(
 ) -> PrandtlIshlinskii:
     """Return the model that fits a measured history from rest best (Eqs 33-34).
 
-    Args:
-        values: input, row by row, shape (r,).
-        measured: output, shape (r,).
-        operators: m of Eq. 33.
-        dead_zones: how many dead zones stand before the plays, besides none; 0 is the paper's model.
+    Input and output (r,); `operators` is m of Eq. 33; so many dead zones stand before the plays, besides
+    none: 0 is the paper's model.
 
     Raises:
         InputError: fewer rows than weights, a missing value, or an input that never moves.
@@ -386,27 +384,14 @@ def bending_rad(
     return np.radians(np.where(displacement_m <= calibration.turn_m, first, second))
 
 
-def torsion_as_printed_rad(
-    segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration
-) -> Array:
-    """Return the torsion along displacements of 0 or more, shape (r,) [rad] (Eqs 26-28).
-
-    The first row counts as loading. At rest Eq. 28 gives s = 1/2, halfway between the branches; and a
-    turn below the upper plateau jumps from one branch to the other. `torsion_rad` does neither.
-    """
-    change = np.diff(displacement_m, prepend=displacement_m[0] - 1.0)
-    s = 0.5 * (np.sign(change) + 1.0)
-    return _branch(segment, displacement_m - calibration.width_m * s, calibration)
-
-
 def torsion_rad(segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration) -> Array:
     """Return the torsion along displacements of 0 or more, shape (r,) [rad]: Eq. 26 with a history.
 
     The angle keeps its value until one of Eq. 26's two branches pushes it: on loops that reach the
     upper plateau this is Eq. 26, and the rows' spacing does not matter. NaN where no angle exists.
     """
-    loading = _branch(segment, displacement_m - calibration.width_m, calibration)
-    unloading = _branch(segment, displacement_m, calibration)
+    loading = plateau_branch(segment, displacement_m - calibration.width_m, calibration)
+    unloading = plateau_branch(segment, displacement_m, calibration)
     angle = np.empty_like(displacement_m)
     now = loading[0]
     for row, (least, most) in enumerate(zip(loading, unloading, strict=True)):
@@ -421,7 +406,7 @@ def plateau_displacement_m(segment: CatheterSegment, calibration: TorsionCalibra
     return float(pulled_m(segment, span)) + calibration.width_m
 
 
-def _branch(segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration) -> Array:
+def plateau_branch(segment: CatheterSegment, displacement_m: Array, calibration: TorsionCalibration) -> Array:
     pure = angle_rad(segment, np.maximum(displacement_m, 0.0))
     return np.minimum(pure, calibration.upper_rad - calibration.lower_rad) + calibration.lower_rad
 
@@ -439,13 +424,9 @@ _FLATTEST = 1e-6  # deg/mm: a line as flat as that has no alpha of its own
 def calibrate_bending(
     segment: CatheterSegment, displacement_m: Array, angle_rad: Array
 ) -> BendingCalibration:
-    """Return Eq. 25's two lines that fit loops of a bending joint best.
+    """Return Eq. 25's two lines that fit loops of a bending joint best, displacements of 0 or more, (r,).
 
     The turn l* is sought among the displacements that occur; the lines need not meet there.
-
-    Args:
-        segment: the joint; its arm is in Eq. 25.
-        displacement_m, angle_rad: along the loops, displacements of 0 or more, shape (r,).
 
     Raises:
         InputError: too few different displacements, or a missing value.
@@ -479,11 +460,7 @@ def calibrate_bending(
 def calibrate_torsion(
     segment: CatheterSegment, displacement_m: Array, angle_rad: Array
 ) -> TorsionCalibration:
-    """Return Eq. 26's plateaus and dead-band that fit loops of a torsion joint best.
-
-    Args:
-        segment: the joint.
-        displacement_m, angle_rad: along the loops, displacements of 0 or more, shape (r,).
+    """Return Eq. 26's plateaus and dead-band that fit a torsion joint's loops best, displacements >= 0, (r,).
 
     Raises:
         InputError: a joint that does not move, or a missing value.
@@ -586,11 +563,6 @@ def te(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
 
     The run's residual is the unbalanced moment of the bending joint that moves, largest of both [N m].
 
-    Args:
-        robot: of the 4-DoF design.
-        inputs: displacements and advance; no tip force or moment.
-        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
-
     Raises:
         InputError: a load that the model does not have, a tendon without a length or with a stiffness
             of its own, or a displacement out of the range of the joint or of the measured tendon.
@@ -608,21 +580,11 @@ def te(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         displacement = inputs.tendon[:, pair]
         drawn = np.stack([displacement, -displacement], axis=1)
         angle, tension[:, pair], left = bent_along(
-            joints[item.name], drawn, named_rows(inputs, pair, robot, MODEL)
+            joints[item.name], drawn, partial(channel_at, robot, inputs, pair, MODEL)
         )
         values.append(angle)
         residual = np.maximum(residual, left)
     return run_of(robot, inputs, gravity_mps2, MODEL, values, residual, tension)
-
-
-def named_rows(inputs: Inputs, pair: int, robot: CatheterRobot, model: str) -> Callable[[int], str]:
-    """Return what names a row and the displacement of a pair in it in a message."""
-
-    def where(row: int) -> str:
-        channel = f"{drives(robot, inputs.actuation)[pair].column} = {inputs.tendon[row, pair] * 1e3:g}"
-        return f"{row_name(inputs, row)}: static model {model!r}: {channel}"
-
-    return where
 
 
 def stretching_joints(robot: CatheterRobot) -> dict[str, StretchingJoint]:
@@ -705,14 +667,9 @@ def bent_along(
 ) -> tuple[Array, Array, Array]:
     """Return what a joint does along the ways of its two tendons, from new tendons at rest.
 
-    Args:
-        joint: the joint.
-        drawn_m: of the tendon toward + and of the one toward -, shape (r, 2) [m].
-        where: what to call a row in a message.
-        path_rad: of each row, in place of the joint's, shape (r,).
-
-    Returns:
-        Angle [rad], the tighter tendon's tension [N] and the moment left over [N m], each of shape (r,).
+    Ways of the tendon toward + and of the one toward - (r, 2) [m]; `where` names a row in a message;
+    `path_rad` of each row, in place of the joint's, (r,). Returns angle [rad], the tighter tendon's tension
+    [N] and the moment left over [N m], each (r,).
 
     Raises:
         InputError: a way to which no angle belongs, or beyond what was measured of the tendon.
@@ -730,22 +687,6 @@ def bent_along(
         tension[row] = max(side.tendon.tension_N for side in sides)
         left[row] = max(_unbalanced_Nm(joint, side) for side in sides)
     return angle, tension, left
-
-
-def displacement_for_angles_m(joint: StretchingJoint, angle_rad: Array) -> Array:
-    """Return the displacements that bend a joint along `angle_rad`, from new tendons, shape (r,) [m]."""
-    sides = [Side(), Side()]
-    result = np.empty(len(angle_rad))
-    pulled = 0  # the side that bends, or bent last
-    for row, angle in enumerate(np.degrees(angle_rad)):
-        if angle != 0.0:
-            pulled = 0 if angle > 0.0 else 1
-        ways = []
-        for index, sign in enumerate((1.0, -1.0)):
-            sides[index], way = bent_to(joint, sides[index], max(sign * float(angle), 0.0))
-            ways.append(sign * way)
-        result[row] = ways[pulled]
-    return result
 
 
 def _unbalanced_Nm(joint: StretchingJoint, side: Side) -> float:
@@ -819,14 +760,7 @@ def need(joint: StretchingJoint, angle_deg: float) -> Need:
 def preconditioned(
     joint: StretchingJoint, tension_N: float, cycles: int = 1, law: TendonLaw | None = None
 ) -> tuple[TendonState, float]:
-    """Return a tendon that was pulled to a tension and let go, and its set [m].
-
-    Args:
-        joint: whose tendon it is.
-        tension_N: to which it is pulled.
-        cycles: how often.
-        law: of the tendon; default: the joint's.
-    """
+    """Return a tendon, of the joint's law or another, that was pulled to a tension; its set [m]."""
     law = law or joint.law
     state = TendonState()
     top = strain_at(law, state, tension_N)
@@ -840,12 +774,7 @@ def repeats_m(joint: StretchingJoint, angle_deg: float, law: TendonLaw, ready: b
     """Return by how much the displacement halfway differs from the first bend to the second [m].
 
     Halfway: at the top the tension, and so the strain, is the same for a new tendon and one that comes back.
-
-    Args:
-        joint: the joint.
-        angle_deg: to which both bends go, above 0.
-        law: of its tendon, cycle effects included or not.
-        ready: whether the tendon has been preconditioned to the tension of that angle.
+    `ready`: whether the tendon, of `law`, has been preconditioned to the tension of that angle, above 0.
     """
     own = replace(joint, law=law)
     tension_N = need(replace(joint, law=SIMPLIFIED), angle_deg).tension_N
@@ -887,12 +816,7 @@ Law = Callable[[CatheterRobot, Inputs, int, str], Array]
 
 
 def mk(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
-    """Return the postures by modified kinematics, row after row.
-
-    Args:
-        robot: of the transseptal design.
-        inputs: displacements of 0 or more and advance; no tip force or moment.
-        gravity_mps2: none where the robot has a mass, shape (3,) [m/s^2].
+    """Return the postures by modified kinematics, row after row; displacements of 0 or more.
 
     Raises:
         InputError: a load that the model does not have, or a displacement out of its range.
@@ -955,10 +879,7 @@ def _modified(robot: CatheterRobot, inputs: Inputs, pair: int, model: str) -> Ar
     below = displacement < 0.0
     if below.any():
         row = int(np.argmax(below))
-        name = f"{drives(robot, inputs.actuation)[pair].column} = {displacement[row] * 1e3:g}"
-        raise InputError(
-            f"{row_name(inputs, row)}: static model {model!r}: {name}: calibrated for 0 or more only"
-        )
+        raise InputError(f"{channel_at(robot, inputs, pair, model, row)}: calibrated for 0 or more only")
     return _by_mk(robot, pair, displacement)
 
 

@@ -31,6 +31,7 @@ from catheter_sim.robots.catheter.description import (
     elements,
     joint_stiffness,
     moved_segment,
+    moved_segments,
     ring_length_m,
     tube_stiffness_N_m2,
 )
@@ -80,7 +81,7 @@ def tendon_stiffness(robot: CatheterRobot, pair: TendonPair) -> float:
 
 def add_catheter_actuators(root: Element, robot: CatheterRobot) -> None:
     """Add the actuators; to be called when the tendons are there."""
-    moved = [robot.segments[moved_segment(robot, index)] for index in range(len(robot.tendons))]
+    moved = moved_segments(robot)
     for pair, segment in zip(robot.tendons, moved, strict=True):
         if segment.joint == "bending":
             _add_puller(root, robot, pair, segment, tendon(pair.name), "pos")
@@ -207,7 +208,7 @@ def _scale(robot: CatheterRobot, segment: CatheterSegment) -> float:
 #
 # - bodies `link_<k>`, one for each element; `end_<segment>`, what lies beyond a bending segment's last gap;
 # - joints: those of `channels.joint_names`, and a prismatic segment's own name; of a tube that bends also
-#   those of `catheter_tube`;
+#   those of the tubes above;
 # - sites `face_<k>`; `entry`, the base's middle; `exit_<segment>` and `inlet_<segment>`, the two ends of
 #   a prismatic segment's exposed tube; `hole_<pair>_<sign>_<gap>_<a|b>`, a tendon on both sides of a gap
 #   (`_start`, `_end`: at the joint's ends);

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -123,11 +122,6 @@ def hinge_place_m(robot: CatheterRobot, side: float) -> tuple[float, float, floa
     return (side * _HINGE[0] * outer, 0.0, holder_length_m(robot) + _HINGE[1] * IMPLANT_M)
 
 
-def arm_length_m() -> float:
-    """Return the length of an arm from its hinge to its free end [m]."""
-    return (_HINGE[1] - min(z for _, z in _OUTLINE)) * IMPLANT_M
-
-
 def arm_width_m(robot: CatheterRobot) -> float:
     """Return the width of an arm, along the tool's y [m]."""
     return 2.0 * _WIDTH * robot.segments[-1].outer_radius_m
@@ -207,10 +201,10 @@ _GROOVES, _GROOVE_DEPTH = 4, 0.05  # along a torsion module: they show its turn
 _BASE_MODULE, _SLEEVE_LENGTH, _SLEEVE_WIDTH = 1.75, 5.0, 0.88  # over the outer radius: 5 mm, 14 mm, 5 mm
 
 
-def body_meshes(robot: CatheterRobot) -> dict[str, trimesh.Trimesh]:
-    """Return every mesh that `body_parts` names, by its key; a segment's name has no dot."""
+def meshes(robot: CatheterRobot) -> dict[str, trimesh.Trimesh]:
+    """Return every mesh that `parts` names, by its key; a segment's name has no dot."""
     first = robot.segments[0].outer_radius_m
-    meshes = {
+    found = {
         "module.base": _round(robot, first, base_bottom_m(robot), 0.0),
         "sleeve": _round(
             robot,
@@ -223,53 +217,53 @@ def body_meshes(robot: CatheterRobot) -> dict[str, trimesh.Trimesh]:
         name = segment.name
         if segment.joint == "bending":
             heights = hinge_heights_m(segment)
-            meshes[f"ring_{name}"] = _ring(robot, segment)
-            meshes[f"wires_{name}.start"] = _wires(segment, float(heights[0]))
-            meshes[f"wires_{name}"] = _wires(segment, float(heights[1] - heights[0]))
-            meshes[f"wires_{name}.end"] = _wires(segment, segment.length_m - float(heights[-1]))
+            found[f"ring_{name}"] = _ring(robot, segment)
+            found[f"wires_{name}.start"] = _wires(segment, float(heights[0]))
+            found[f"wires_{name}"] = _wires(segment, float(heights[1] - heights[0]))
+            found[f"wires_{name}.end"] = _wires(segment, segment.length_m - float(heights[-1]))
             if _ends_guide(robot, index):
                 thin = _PLATE * segment.outer_radius_m
-                meshes[f"ring_{name}.end"] = _round(robot, segment.outer_radius_m, -thin, 0.0)
+                found[f"ring_{name}.end"] = _round(robot, segment.outer_radius_m, -thin, 0.0)
             continue
         solid = solid_length(robot, index)
         grooves = segment.joint == "torsion"
-        meshes[f"module_{name}"] = _round(robot, segment.outer_radius_m, 0.0, solid, grooves)
+        found[f"module_{name}"] = _round(robot, segment.outer_radius_m, 0.0, solid, grooves)
         if grooves:
             for sign, side in ((1.0, "pos"), (-1.0, "neg")):
-                meshes[f"wrap_{name}.{side}"] = _wrapped(segment, sign, solid)
+                found[f"wrap_{name}.{side}"] = _wrapped(segment, sign, solid)
     if has_implant(robot):
-        meshes["implant"] = post_mesh(robot.segments[-1].outer_radius_m)
-    return meshes
+        found["implant"] = post_mesh(robot.segments[-1].outer_radius_m)
+    return found
 
 
-def body_parts(robot: CatheterRobot, index: int) -> tuple[Part, ...]:
-    """Return what body `index` shows: 0 for what carries the base, then `pieces` from base to tip."""
+def parts(robot: CatheterRobot, element: int) -> tuple[Part, ...]:
+    """Return what a body shows: 0 for what carries the base, then `pieces` from base to tip."""
     every = pieces(robot)
-    parts = [_wire_start(robot, every[index], 0.0)] if _starts_bending(every, index, first=True) else []
-    if index == 0:
+    shown = [_wire_start(robot, every[element], 0.0)] if _starts_bending(every, element, first=True) else []
+    if element == 0:
         base = Part("module.base", BASE_PREFIX, 0.0, 0.0, FIXED, "plastic", False)
-        return (base, Part("sleeve", "sleeve", 0.0, 0.0, _SLEEVE, "plastic", False), *parts)
-    piece = every[index - 1]
+        return (base, Part("sleeve", "sleeve", 0.0, 0.0, _SLEEVE, "plastic", False), *shown)
+    piece = every[element - 1]
     segment = robot.segments[piece.segment]
     if not piece.gap:
-        parts += _module_parts(robot, piece)
+        shown += _module_parts(robot, piece)
     elif piece.element:
         bottom = elements(robot)[piece.element - 1].face_m - ring_length_m(segment) - piece.origin_m
         turn = _turn(segment)
         colour = _ring_colour(robot, segment)
-        parts.append(Part(f"ring_{segment.name}", RING_PREFIX, bottom, turn, colour, "plastic", True))
-        parts.append(Part(f"wires_{segment.name}", "wires", 0.0, turn, NITI, "metal", False))
+        shown.append(Part(f"ring_{segment.name}", RING_PREFIX, bottom, turn, colour, "plastic", True))
+        shown.append(Part(f"wires_{segment.name}", "wires", 0.0, turn, NITI, "metal", False))
     else:
-        parts.append(Part(f"wires_{segment.name}.end", "wires", 0.0, _turn(segment), NITI, "metal", False))
+        shown.append(Part(f"wires_{segment.name}.end", "wires", 0.0, _turn(segment), NITI, "metal", False))
         if _ends_guide(robot, piece.segment):
             top = segment.length_m - piece.origin_m
             colour = _ring_colour(robot, segment)
-            parts.append(Part(f"ring_{segment.name}.end", RING_PREFIX, top, 0.0, colour, "plastic", True))
-    if _starts_bending(every, index):
-        parts.append(
-            _wire_start(robot, every[index], robot.segments[piece.segment].length_m - piece.origin_m)
+            shown.append(Part(f"ring_{segment.name}.end", RING_PREFIX, top, 0.0, colour, "plastic", True))
+    if _starts_bending(every, element):
+        shown.append(
+            _wire_start(robot, every[element], robot.segments[piece.segment].length_m - piece.origin_m)
         )
-    return tuple(parts)
+    return tuple(shown)
 
 
 def base_bottom_m(robot: CatheterRobot) -> float:
@@ -405,16 +399,6 @@ def _wrapped(segment: CatheterSegment, sign: float, solid: float) -> trimesh.Tri
 
 CENTRELINE_PARTS: tuple[str, ...] = (RING_PREFIX, MODULE_PREFIX, BASE_PREFIX)
 _ARC_POINTS = 40  # on a bending joint
-
-
-def meshes(robot: CatheterRobot) -> Mapping[str, trimesh.Trimesh]:
-    """Return every mesh that `parts` names, by its name."""
-    return body_meshes(robot)
-
-
-def parts(robot: CatheterRobot, element: int) -> tuple[Part, ...]:
-    """Return what a body shows: 0 for what carries the base, then the pieces from base to tip."""
-    return body_parts(robot, element)
 
 
 def centreline(robot: CatheterRobot, posture: Posture) -> Array:

@@ -326,45 +326,6 @@ def _pair_sources(names: tuple[str, ...], length: str) -> dict[str, str]:
     return found
 
 
-# Assumed: what a valve's leaflets ask for is finer than a tumour; chance reaches none of 100 targets anyway.
-TOLERANCE_M = 2e-3
-_REACH_M = (1.5e-3, 2.5e-3, 1.5e-3, 40e-3)  # of the bench's trials
-_UNCERTAIN = (
-    Uncertain("arm_bending", 0.01, ("segments.bending.arm_mm",)),
-    Uncertain("radius_torsion_proximal", 0.01, ("segments.torsion_proximal.tendon_radius_mm",)),
-    Uncertain("radius_torsion_distal", 0.01, ("segments.torsion_distal.tendon_radius_mm",)),
-)
-
-
-def _angles(*names: str) -> tuple[str, ...]:
-    return tuple(f"angle_{name}_deg" for name in names)
-
-
-MITRAL_CATHETERS = (
-    Published(
-        "mitral_transseptal",
-        mitral_transseptal,
-        (
-            *reach_and_track("MitralTransseptal", tolerance_m=TOLERANCE_M),
-            Environment("MitralTransseptalDeliver", "Deliver"),
-        ),
-        Trials("joints", _REACH_M, angles=_angles("bending", "torsion_proximal", "torsion_distal")),
-        _UNCERTAIN,
-    ),
-    Published("mitral_transseptal@tube", mitral_transseptal_tube, uncertain=_UNCERTAIN),
-    Published(
-        "mitral_4dof",
-        mitral_4dof,
-        (
-            *reach_and_track("Mitral4dof", tolerance_m=TOLERANCE_M),
-            Environment("Mitral4dofDeliver", "Deliver"),
-        ),
-        Trials("joints", _REACH_M, angles=_angles("bending_proximal", "bending_distal", "torsion")),
-    ),
-    Published("mitral_4dof@elongation", mitral_4dof_elongation),
-)
-
-
 # ----------------------------------------------------------------------------------------------------
 # What the catheters' tube and tendons are made of, and how stiff that makes them; nothing here is fitted.
 #
@@ -402,24 +363,16 @@ def tendon_modulus_Pa(stiffness_N_per_m: float) -> float:
 
 def mitral_transseptal_material() -> CatheterRobot:
     """Return the catheter of Nayar 2022 with the tube, as stiff as its materials, friction on."""
-    robot = mitral_transseptal_tube()
     assumed = (
         "assumed: solid of the fibre's modulus, 100 GPa, 0.12 mm, 0.61 m (Nayar 2022, Table I): the stiffest"
     )
-    return replace(
-        robot,
-        name="mitral_transseptal@material",
-        description="mitral-valve catheter of Nayar 2022 with tube, as stiff as its materials: none fitted",
-        segments=tuple(
-            replace(item, tube_stiffness_N_m2=tube_stiffness_N_m2()) if item.name == "advance" else item
-            for item in robot.segments
-        ),
-        tendons=tuple(
-            replace(item, stiffness_N_per_m=tendon_stiffness_N_per_m()) if item.name == "bending" else item
-            for item in robot.tendons
-        ),
-        sources={
-            **robot.sources,
+    return _changed(
+        mitral_transseptal_tube(),
+        "mitral_transseptal@material",
+        "mitral-valve catheter of Nayar 2022 with tube, as stiff as its materials: none fitted",
+        {"advance": {"tube_stiffness_N_m2": tube_stiffness_N_m2()}},
+        {"bending": {"stiffness_N_per_m": tendon_stiffness_N_per_m()}},
+        {
             "segments.advance.tube_stiffness_N_mm2": "assumed: 0.51 GPa, section of Nayar 2022, Table I",
             "tendons.bending.stiffness_N_per_mm": assumed,
         },
@@ -435,9 +388,6 @@ def joint_slope_m_per_rad() -> float:
     segment = robot.segments[1]
     stiffness = WIRES_N_M_PER_RAD + tube_stiffness_N_m2() / segment.length_m
     return segment.arm_m + stiffness / (segment.arm_m * tendon_stiffness_N_per_m())
-
-
-OF_MATERIALS = (Published("mitral_transseptal@material", mitral_transseptal_material),)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -457,22 +407,14 @@ HOLDER_KG = 1.5e-3  # assumed: implant and its holder, 15 mm of plastic and stee
 
 def mitral_4dof_measured() -> CatheterRobot:
     """Return the catheter of Nayar 2023 with slack fitted to its errors, a tube that bends and a weight."""
-    robot = mitral_4dof_elongation()
-    changed: dict[str, dict[str, Any]] = {
-        "advance": {"tube_stiffness_N_m2": tube_stiffness_N_m2()},
-        "torsion": {"mass_kg": HOLDER_KG},
-    }
     fitted = "fitted to Nayar 2023, Section IV-A: 4.8 deg left by the feedforward with elongation"
-    return replace(
-        robot,
-        name="mitral_4dof@measured",
-        description="mitral-valve catheter of Nayar 2023: slack fitted to its errors, tube bends, weight",
-        segments=tuple(replace(item, **changed.get(item.name, {})) for item in robot.segments),
-        tendons=tuple(
-            replace(item, slack_m=FITTED_SLACK_M) if item.law == "uhmwpe" else item for item in robot.tendons
-        ),
-        sources={
-            **robot.sources,
+    return _changed(
+        mitral_4dof_elongation(),
+        "mitral_4dof@measured",
+        "mitral-valve catheter of Nayar 2023: slack fitted to its errors, tube bends, weight",
+        {"advance": {"tube_stiffness_N_m2": tube_stiffness_N_m2()}, "torsion": {"mass_kg": HOLDER_KG}},
+        {name: {"slack_m": FITTED_SLACK_M} for name in ("bending_proximal", "bending_distal")},
+        {
             "segments.advance.tube_stiffness_N_mm2": "assumed: Nayar 2022, Table I (1.68 mm, 72D), 0.51 GPa",
             "segments.torsion.mass_g": "assumed: implant and holder; masses are not printed",
             "tendons.bending_proximal.slack_mm": fitted,
@@ -481,15 +423,46 @@ def mitral_4dof_measured() -> CatheterRobot:
     )
 
 
-AS_MEASURED = (Published("mitral_4dof@measured", mitral_4dof_measured),)
-
-
 # ----------------------------------------------------------------------------------------------------
-# The published catheters, a file each.
+# The list of published catheters.
+
+# Assumed: what a valve's leaflets ask for is finer than a tumour; chance reaches none of 100 targets anyway.
+TOLERANCE_M = 2e-3
+_REACH_M = (1.5e-3, 2.5e-3, 1.5e-3, 40e-3)  # of the bench's trials
+_UNCERTAIN = (
+    Uncertain("arm_bending", 0.01, ("segments.bending.arm_mm",)),
+    Uncertain("radius_torsion_proximal", 0.01, ("segments.torsion_proximal.tendon_radius_mm",)),
+    Uncertain("radius_torsion_distal", 0.01, ("segments.torsion_distal.tendon_radius_mm",)),
+)
+
+
+def _angles(*names: str) -> tuple[str, ...]:
+    return tuple(f"angle_{name}_deg" for name in names)
+
 
 PUBLISHED: tuple[Published, ...] = (
-    *MITRAL_CATHETERS,
-    *OF_MATERIALS,
-    *AS_MEASURED,
+    Published(
+        "mitral_transseptal",
+        mitral_transseptal,
+        (
+            *reach_and_track("MitralTransseptal", tolerance_m=TOLERANCE_M),
+            Environment("MitralTransseptalDeliver", "Deliver"),
+        ),
+        Trials("joints", _REACH_M, angles=_angles("bending", "torsion_proximal", "torsion_distal")),
+        _UNCERTAIN,
+    ),
+    Published("mitral_transseptal@tube", mitral_transseptal_tube, uncertain=_UNCERTAIN),
+    Published(
+        "mitral_4dof",
+        mitral_4dof,
+        (
+            *reach_and_track("Mitral4dof", tolerance_m=TOLERANCE_M),
+            Environment("Mitral4dofDeliver", "Deliver"),
+        ),
+        Trials("joints", _REACH_M, angles=_angles("bending_proximal", "bending_distal", "torsion")),
+    ),
+    Published("mitral_4dof@elongation", mitral_4dof_elongation),
+    Published("mitral_transseptal@material", mitral_transseptal_material),
+    Published("mitral_4dof@measured", mitral_4dof_measured),
 )
 DRAWN: Mapping[str, Drawn] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from catheter_sim.robots.catheter.kinematics import (
     arm_m,
     arriving_m,
     beyond,
+    channel_at,
     largest_angle_rad,
     pk,
     pulled_m,
@@ -39,7 +41,6 @@ from catheter_sim.robots.catheter.measured import (
     bent_along,
     hybrid,
     mk,
-    named_rows,
     pi,
     te,
 )
@@ -66,11 +67,6 @@ def balance(robot: CatheterRobot, inputs: Inputs, gravity_mps2: Array) -> Static
 
     The run's residual is in the unit of `pure` or, of a joint with laws of its own, a moment [N m].
 
-    Args:
-        robot: a catheter.
-        inputs: displacements and advance, forces and moments on the tip.
-        gravity_mps2: shape (3,) [m/s^2].
-
     Raises:
         InputError: a displacement out of range, a load under which no balance is found, or what the model
             cannot combine: some laws, and a load beside a law that was measured.
@@ -91,12 +87,8 @@ def balanced_joints(
 ) -> tuple[Array, Array, Array]:
     """Return what the joint of each pair does along `inputs`, without any load.
 
-    Args:
-        robot, inputs: whose, and along what.
-        sunk_m: how far the mount has given way, shape (r,) [m]; not beside joints with laws of their own.
-
-    Returns:
-        Angles [rad] and advances [m], shape (r, t), tensions, shape (r, t) [N], and the run's residual, (r,).
+    The mount has given way by `sunk_m` (r,) [m], not beside joints with laws of their own. Returns angles
+    [rad] and advances [m] (r, t), tensions (r, t) [N], and the run's residual (r,).
 
     Raises:
         InputError: as `balance`.
@@ -160,7 +152,7 @@ def _balanced(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> t
     displacement = inputs.tendon[:, pair]
     played = play(displacement[:, np.newaxis], item.play_m)[:, 0]
     drawn = np.stack([played, -played], axis=1) - item.slack_m
-    return bent_along(joint, drawn, named_rows(inputs, pair, robot, MODEL), path)
+    return bent_along(joint, drawn, partial(channel_at, robot, inputs, pair, MODEL), path)
 
 
 def _sprung(robot: CatheterRobot, inputs: Inputs, pair: int, path: Array) -> tuple[Array, Array, Array]:

@@ -17,6 +17,7 @@ from catheter_sim.robots.catheter.description import (
     hinge_names,
     joint_stiffness,
     moved_segment,
+    moved_segments,
     moving,
     turning,
 )
@@ -45,7 +46,7 @@ _LEAST_ARM_M = 1e-5  # a tendon that is all unwound has no arm: its angle would 
 class CatheterModel:
     """A `core.published.QuickModel` of torsion, bending and prismatic joints; see there.
 
-    Bends are the joint values, shape (m,) [rad, m], in the order of `catheter_layout.moving`.
+    Bends are the joint values, shape (m,) [rad, m], in the order of `description.moving`.
 
     Attributes:
         segment_length: with every tube pushed out, shape (s,) [m].
@@ -206,7 +207,7 @@ def input_limits(robot: CatheterRobot, actuation: str) -> InputLimits:
 def speed_case(robot: CatheterRobot, levels: int) -> SpeedCase:
     """Return a cycle: pairs turn their joints by a radian to either side, a tube goes out by its stroke."""
     phase = np.linspace(0.0, 2.0 * np.pi, levels, endpoint=False)
-    moved = [robot.segments[moved_segment(robot, pair)] for pair in range(len(robot.tendons))]
+    moved = moved_segments(robot)
     out, turn = 0.5 * (1.0 - np.cos(phase)), _BEND_RAD * np.sin(phase)
     inputs = [part.stroke_m * out if part.joint == "prismatic" else pulled_m(part, turn) for part in moved]
     return SpeedCase(np.stack(inputs, axis=1), len(elements(robot)), rubs=False, follows=True)

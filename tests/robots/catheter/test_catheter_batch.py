@@ -11,10 +11,10 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.robots.catheter.description import bent_by, elements
-from catheter_sim.robots.catheter.kinematics import pk
+from catheter_sim.robots.catheter.kinematics import batch_frames, pk
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.robots.catheter.statics import balance, has_laws
-from catheter_sim.robots.catheter.twin import batch_frames, batch_joints
+from catheter_sim.robots.catheter.twin import batch_joints
 
 NO_GRAVITY = np.zeros(3)
 

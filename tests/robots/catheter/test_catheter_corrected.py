@@ -25,6 +25,7 @@ from catheter_sim.robots.catheter.measured import (
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.theory.static_models import STATIC_MODELS
+from reference.catheter import torsion_as_printed_rad
 
 ROBOT = load_robot("mitral_transseptal")
 assert isinstance(ROBOT, CatheterRobot)
@@ -92,7 +93,7 @@ def test_torsion_is_the_printed_equation_on_full_loops(segment, calibration) -> 
     loop = np.concatenate([loop, loop[1:]])
     np.testing.assert_allclose(
         modified.torsion_rad(segment, loop, calibration),
-        modified.torsion_as_printed_rad(segment, loop, calibration),
+        torsion_as_printed_rad(segment, loop, calibration),
         atol=1e-12,
     )
 
@@ -100,7 +101,7 @@ def test_torsion_is_the_printed_equation_on_full_loops(segment, calibration) -> 
 def test_printed_torsion_jumps_where_the_joint_cannot() -> None:
     """Turning back early, and at rest, Eq. 26 jumps by tens of degrees; the one with a history holds."""
     way = np.array([0.0, 1.0, 2.0, 1.99, 1.99, 1.99]) * 1e-3
-    printed = np.degrees(modified.torsion_as_printed_rad(PROXIMAL, way, modified.TORSION_PROXIMAL))
+    printed = np.degrees(torsion_as_printed_rad(PROXIMAL, way, modified.TORSION_PROXIMAL))
     held = np.degrees(modified.torsion_rad(PROXIMAL, way, modified.TORSION_PROXIMAL))
     assert printed[3] - printed[2] > 20.0
     assert printed[3] - printed[4] > 10.0

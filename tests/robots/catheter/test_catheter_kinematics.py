@@ -13,12 +13,12 @@ from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.description import elements, hinge_counts, moving
 from catheter_sim.robots.catheter.kinematics import (
     chord_change,
-    element_frames,
     screw_chain,
     tool_frame,
     tool_jacobian,
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
+from reference.catheter import element_frames, four_dof_tool_as_printed
 
 ROBOTS = {
     name: make() for name, make in robots_of("catheter").items() if "@" not in name
@@ -81,8 +81,7 @@ def test_transseptal_closed_form_is_the_product_of_exponentials() -> None:
     robot = ROBOTS["mitral_transseptal"]
     q = poses(robot, 200)
     q[:5, 1] = [0.0, 1e-9, -1e-5, 1e-3, 2e-3]
-    lengths = kinematics.transseptal_lengths(robot)
-    position, R = kinematics.in_base_frame(*kinematics.transseptal_tool(lengths, q))
+    position, R = kinematics.in_base_frame(*kinematics.transseptal_tool(robot, q))
     tool = tool_frame(robot, q)
     np.testing.assert_allclose(position, tool[:, :3, 3], atol=1e-14)
     np.testing.assert_allclose(R, tool[:, :3, :3], atol=1e-14)
@@ -93,8 +92,7 @@ def test_corrected_four_dof_closed_form_is_the_product_of_exponentials() -> None
     robot = ROBOTS["mitral_4dof"]
     q = poses(robot, 200)
     q[:3, 0] = q[2:5, 1] = 0.0
-    lengths = kinematics.four_dof_lengths(robot)
-    position, R = kinematics.in_base_frame(*kinematics.four_dof_tool(lengths, q))
+    position, R = kinematics.in_base_frame(*kinematics.four_dof_tool(robot, q))
     tool = tool_frame(robot, q)
     np.testing.assert_allclose(position, tool[:, :3, 3], atol=1e-14)
     np.testing.assert_allclose(R, tool[:, :3, :3], atol=1e-14)
@@ -102,17 +100,17 @@ def test_corrected_four_dof_closed_form_is_the_product_of_exponentials() -> None
 
 def test_printed_four_dof_closed_form_cannot_be_right() -> None:
     """As printed, R of Nayar 2023 Eq. 6 is no rotation, and p_y of Eq. 7 diverges at zero bending."""
-    lengths = kinematics.four_dof_lengths(ROBOTS["mitral_4dof"])
+    robot = ROBOTS["mitral_4dof"]
     q = np.array([0.8, 0.9, 0.01, 0.4])
-    _, R = kinematics.four_dof_tool_as_printed(lengths, q)
+    _, R = four_dof_tool_as_printed(robot, q)
     assert np.abs(R @ R.T - np.eye(3)).max() > 0.1
     bent = np.array([[0.01, 0.9, 0.0, 0.0], [1e-3, 0.9, 0.0, 0.0]])
-    near = kinematics.four_dof_tool_as_printed(lengths, bent)[0][:, 1]
+    near = four_dof_tool_as_printed(robot, bent)[0][:, 1]
     assert near[1] == pytest.approx(10.0 * near[0], rel=0.05)  # grows as 1 / theta_pb
-    assert abs(kinematics.four_dof_tool(lengths, bent[1])[0][1]) < 1e-4
+    assert abs(kinematics.four_dof_tool(robot, bent[1])[0][1]) < 1e-4
     # advancing moves the tip along the tool's axis; as printed it moves the other way in y
-    ahead, _ = kinematics.four_dof_tool_as_printed(lengths, q + np.array([0.0, 0.0, 1e-3, 0.0]))
-    moved = ahead - kinematics.four_dof_tool_as_printed(lengths, q)[0]
+    ahead, _ = four_dof_tool_as_printed(robot, q + np.array([0.0, 0.0, 1e-3, 0.0]))
+    moved = ahead - four_dof_tool_as_printed(robot, q)[0]
     np.testing.assert_allclose(moved * [1.0, -1.0, 1.0], 1e-3 * R[:, 2], atol=1e-15)
 
 

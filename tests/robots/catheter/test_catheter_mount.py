@@ -12,11 +12,11 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Mount
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.description import bent_by, joint_stiffness
-from catheter_sim.robots.catheter.kinematics import pk, pulled_m, sunk_by
+from catheter_sim.robots.catheter.kinematics import batch_frames, pk, pulled_m, sunk_by
 from catheter_sim.robots.catheter.measured import mk, te
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.robots.catheter.statics import balance
-from catheter_sim.robots.catheter.twin import batch_frames, batch_joints
+from catheter_sim.robots.catheter.twin import batch_joints
 from catheter_sim.simulation.replay import simulate
 
 NO_GRAVITY = np.zeros(3)

@@ -101,9 +101,9 @@ def test_tip_is_where_the_closed_form_has_it(name: str) -> None:
     rows = np.stack([drawn(segments[joint], q[:, joint]) for joint in order], axis=1)
     run = simulate(robot, rows_to_inputs(rows, "displacement"), NO_GRAVITY)
     if name == "mitral_transseptal":
-        tool = kinematics.transseptal_tool(kinematics.transseptal_lengths(robot), q)
+        tool = kinematics.transseptal_tool(robot, q)
     else:
-        tool = kinematics.four_dof_tool(kinematics.four_dof_lengths(robot), q)
+        tool = kinematics.four_dof_tool(robot, q)
     place, R = kinematics.in_base_frame(*tool)
     ours = np.array([posture.p_w[-1] for posture in run.postures])
     assert np.linalg.norm(ours - place, axis=1).max() < 5e-5

@@ -18,12 +18,12 @@ from catheter_sim.robots.catheter.measured import (
     DISTAL,
     PROXIMAL,
     JointForce,
-    displacement_for_angles_m,
     loading_N,
     stretching_joints,
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.theory.static_models import STATIC_MODELS
+from reference.catheter import displacement_for_angles_m
 
 ROBOT = load_robot("mitral_4dof")
 assert isinstance(ROBOT, CatheterRobot)

@@ -10,9 +10,9 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.modelling.build import build_mjcf
-from catheter_sim.robots.catheter.kinematics import tube_end
 from catheter_sim.robots.catheter.model import tube_joint_names
 from catheter_sim.robots.catheter.spec import CatheterRobot
+from reference.catheter import tube_end
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 

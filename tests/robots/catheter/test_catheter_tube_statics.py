@@ -18,16 +18,15 @@ from catheter_sim.robots.catheter import kinematics
 from catheter_sim.robots.catheter.description import bending_tubes, joint_stiffness, moving
 from catheter_sim.robots.catheter.kinematics import (
     chord_share,
-    element_frames,
     end_turn,
     end_twist_rad,
     inverse,
     pk,
     tool_frame,
     tool_jacobian,
-    tube_end,
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
+from reference.catheter import element_frames, tube_end
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
 

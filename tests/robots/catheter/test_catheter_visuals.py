@@ -11,8 +11,9 @@ from solid_points import winding_number
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.modelling.build import build_mjcf, robot_length, views
+from catheter_sim.robots.catheter import picture
 from catheter_sim.robots.catheter.description import ring_length_m
-from catheter_sim.robots.catheter.picture import body_meshes, body_parts, pieces
+from catheter_sim.robots.catheter.picture import pieces
 from catheter_sim.robots.catheter.spec import CatheterRobot
 
 ROBOTS = ("mitral_transseptal", "mitral_4dof")
@@ -28,12 +29,12 @@ def catheter(name: str, *settings: str) -> CatheterRobot:
 def test_meshes_are_closed_and_each_is_shown(name: str) -> None:
     """Watertight, facing outward, and named by exactly the parts of the bodies."""
     robot = catheter(name)
-    meshes = body_meshes(robot)
+    meshes = picture.meshes(robot)
     for key, mesh in meshes.items():
         assert mesh.is_watertight, key
         assert mesh.is_winding_consistent, key
         assert mesh.volume > 0.0, key
-    shown = {part.mesh_key for index in range(len(pieces(robot)) + 1) for part in body_parts(robot, index)}
+    shown = {part.mesh_key for index in range(len(pieces(robot)) + 1) for part in picture.parts(robot, index)}
     assert shown == set(meshes)
 
 
@@ -44,7 +45,7 @@ def test_rings_are_as_long_as_specified_and_have_their_holes(name: str) -> None:
     for segment in robot.segments:
         if segment.joint != "bending":
             continue
-        mesh = body_meshes(robot)[f"ring_{segment.name}"]
+        mesh = picture.meshes(robot)[f"ring_{segment.name}"]
         assert mesh.bounds[:, 2] == pytest.approx((0.0, ring_length_m(segment)), abs=1e-9)
         assert np.abs(mesh.vertices[:, :2]).max() == pytest.approx(segment.outer_radius_m, abs=1e-9)
         arm, height = segment.arm_m, 0.4 * ring_length_m(segment)
@@ -106,5 +107,5 @@ def test_views_hold_the_robot_with_its_tube_advanced(name: str) -> None:
 def test_robot_without_a_lumen_can_be_drawn() -> None:
     """Nothing of the meshes depends on a free channel."""
     robot = catheter("mitral_4dof", "channel_radius_mm=0")
-    assert all(mesh.is_watertight for mesh in body_meshes(robot).values())
+    assert all(mesh.is_watertight for mesh in picture.meshes(robot).values())
     mujoco.MjModel.from_xml_string(build_mjcf(robot))
