@@ -474,7 +474,7 @@ def _anchored(x, robot, slip, anchor):
 
 @compiled
 def _followed(x, guess, robot, by_tension, ends, shortest, patient, anchor, between, work, newton, state):
-    """Move `x`, in balance at the first of two `ends`, to the balance at the other; return what is left [rad].
+    """Move `x`, in balance at the first of two `ends`, to balance at the other; return what is left [rad].
 
     At once from `guess` or, where that ends in no balance, by ways not shorter than `shortest`.
 
