@@ -473,16 +473,15 @@ def _anchored(x, robot, slip, anchor):
 
 
 @compiled
-def _followed(
-    x, guess, robot, by_tension, begin, end, shortest, patient, anchor, between, work, newton, state
-):
-    """Move `x`, in balance at `begin`, to the balance at `end`; return what is left over there [rad].
+def _followed(x, guess, robot, by_tension, ends, shortest, patient, anchor, between, work, newton, state):
+    """Move `x`, in balance at the first of two `ends`, to balance at the other; return what is left [rad].
 
     At once from `guess` or, where that ends in no balance, by ways not shorter than `shortest`.
 
-    Args: begin, end: command (T,), tip force and moment (3,), and the share of weight and pretension that
+    Args: ends: each command (T,), tip force and moment (3,), and the share of weight and pretension that
     acts; patient: as for `find_equilibrium`; between: space for the same and for pretension and weight.
     """
+    begin, end = ends
     stretch, weight = robot.stretch, robot.weight
     command, tip_force, tip_moment, pretension, weighing, kept = between
     copy(x, kept)
@@ -668,7 +667,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
                 copy(tried, now)
             else:
                 size = _followed(
-                    now, guess, robot, by_tension, begin, end, shortest, hoped,
+                    now, guess, robot, by_tension, (begin, end), shortest, hoped,
                     anchor, between, work, newton, state,
                 )  # fmt: skip
             lost += 1 if size > TOLERANCE_RAD else 0

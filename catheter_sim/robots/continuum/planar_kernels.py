@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,56 @@ LENGTH, STIFFNESS, CUBIC, QUINTIC, REST, LARGEST = range(6)
 PRE_SLIDING_RAD = 1e-4
 MOST_CREEP_STEPS = 200
 NO_DRAG, MOST_DRAG = 1e-4, 1e4  # of a cell's stiffness
+
+
+class AntagonisticArm(NamedTuple):
+    """A chain of n cells between a right and a left tendon that end at its tip.
+
+    Attributes:
+        cell: shape (n, 6), columns above.
+        arm: of the right and the left tendon, shape (2,) [m].
+        mu: capstan coefficient.
+        weight: along x and z on each distal face, shape (n, 2) [N].
+    """
+
+    cell: Array
+    arm: Array
+    mu: float
+    weight: Array
+
+
+class EyeletArm(NamedTuple):
+    """A chain of n cells with t tendons in its plane, the one that reaches furthest first.
+
+    Attributes:
+        cell: shape (n, 6), columns above.
+        offset: x of the tendons' eyelets, shape (t,) [m].
+        passing: how many tendons pass each cell, shape (n,).
+        mu: capstan coefficient.
+        weight: along x and z on each distal face, shape (n, 2) [N].
+    """
+
+    cell: Array
+    offset: Array
+    passing: np.ndarray
+    mu: float
+    weight: Array
+
+
+class Slid(NamedTuple):
+    """A posture of an `EyeletArm`, with how its tendons rub.
+
+    Attributes:
+        angles: of the cells, shape (n,) [rad].
+        half: cosine and sine of half of them, shape (n, 2).
+        slip: share of the friction in each eyelet, as in `sliding`, shape (n, t).
+        pulled: tensions behind the eyelets, shape (n, t) [N].
+    """
+
+    angles: Array
+    half: Array
+    slip: Array
+    pulled: Array
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -255,10 +306,7 @@ def _coupled_step(own: Array, outer: Array, change: Array, step: Array) -> None:
 
 @compiled
 def _settle(
-    cell: Array,
-    arm: Array,
-    mu: float,
-    weight: Array,
+    robot: AntagonisticArm,
     tension: Array,
     wrench: Array,
     loaded: bool,
@@ -270,6 +318,7 @@ def _settle(
     behind: Array,
 ) -> bool:
     """Move `angles` and `kept` to the equilibrium nearest to them: `exact_arm._settle`."""
+    cell, arm, mu, weight = robot
     n = len(angles)
     guess, found, load, outer, change = work[0], work[1], work[2], work[3], work[4]
     for k in range(n):
@@ -359,6 +408,7 @@ def march_by_tension(
     pull, push = np.empty(2), np.empty(3)
     firsts = np.zeros((steps.sum() + 1, n))  # changes of the first robot's angles, step by step
     for b in range(batch):
+        robot = AntagonisticArm(cell[b], arm[b], mu[b], weight[b])
         heavy = False
         for k in range(n):
             now[k] = cell[b, k, REST] * cell[b, k, LENGTH]
@@ -382,9 +432,8 @@ def march_by_tension(
                 if alike and b > 0:
                     copy(firsts[place], trend)
                 balanced = balanced and _settle(
-                    cell[b], arm[b], mu[b], weight[b], pull, push, loaded,
-                    kept, slope, trend, now, work, behind,
-                )  # fmt: skip
+                    robot, pull, push, loaded, kept, slope, trend, now, work, behind
+                )
                 if b == 0:
                     copy(trend, firsts[place])
                 place += 1
@@ -403,28 +452,21 @@ def march_by_tension(
 
 @compiled
 def evaluate(
-    cell: Array,
-    offset: Array,
-    passing: np.ndarray,
-    mu: float,
-    weight: Array,
+    robot: EyeletArm,
     drive: Array,
     loaded: bool,
     drag: float,
-    start: Array,
-    start_half: Array,
-    start_slip: Array,
-    angles: Array,
-    slip: Array,
-    pulled: Array,
-    half: Array,
+    start: Slid,
+    now: Slid,
     lack: Array,
     outer: Array,
 ) -> float:
-    """Fill slip, tensions, `half` (cosine and sine of half the angles) and what each cell's balance lacks.
+    """Fill slip, tensions and `half` of `now`, at its angles, and what each cell's balance lacks.
 
-    `start`, `start_half` and `start_slip` are where the step began. Returns the norm of `lack` [N m].
+    `start` is where the step began. Returns the norm of `lack` [N m].
     """
+    cell, offset, passing, mu, weight = robot
+    angles, half, slip, pulled = now
     n, t = slip.shape
     drawn_in, tension = np.zeros(t), np.empty(t)
     arm = 1e-9
@@ -435,11 +477,11 @@ def evaluate(
     for k in range(n - 1, -1, -1):
         cosine, sine = math.cos(0.5 * angles[k]), math.sin(0.5 * angles[k])
         half[k, 0], half[k, 1] = cosine, sine
-        shorter = cell[k, LENGTH] * (start_half[k, 0] - cosine)
-        turned = 2.0 * (sine - start_half[k, 1])
+        shorter = cell[k, LENGTH] * (start.half[k, 0] - cosine)
+        turned = 2.0 * (sine - start.half[k, 1])
         for j in range(passing[k]):
             drawn_in[j] += shorter + offset[j] * turned
-            slip[k, j] = min(max(start_slip[k, j] + drawn_in[j] / pre_sliding, -1.0), 1.0)
+            slip[k, j] = min(max(start.slip[k, j] + drawn_in[j] / pre_sliding, -1.0), 1.0)
     if loaded:
         find_load_moments(cell, weight, drive[t:], angles, lack, outer)
     angle_before, squares = 0.0, 0.0
@@ -463,7 +505,7 @@ def evaluate(
             along += tension[j]
         bent = angle / cell[k, LENGTH] - cell[k, REST]
         value = across * half[k, 0] + 0.5 * cell[k, LENGTH] * along * half[k, 1]
-        value -= cell[k, STIFFNESS] * bent * hardening(cell, k, bent) + drag * (angle - start[k])
+        value -= cell[k, STIFFNESS] * bent * hardening(cell, k, bent) + drag * (angle - start.angles[k])
         lack[k] = lack[k] + value if loaded else value
         squares += lack[k] * lack[k]
     return math.sqrt(squares)
@@ -535,19 +577,7 @@ def _stuck_losses(
 
 @compiled
 def newton_step(
-    cell: Array,
-    offset: Array,
-    passing: np.ndarray,
-    mu: float,
-    loaded: bool,
-    drag: float,
-    angles: Array,
-    slip: Array,
-    pulled: Array,
-    half: Array,
-    lack: Array,
-    outer: Array,
-    step: Array,
+    robot: EyeletArm, loaded: bool, drag: float, now: Slid, lack: Array, outer: Array, step: Array
 ) -> None:
     """Fill the change of the angles that brings `lack` to zero, to first order; NaN where none does.
 
@@ -561,6 +591,8 @@ def newton_step(
 
     Columns of `beyond`, `bend_by`, `lost_by`: u, each tendon's loss, lean, 1. Rows of `beyond`: E, then G.
     """
+    cell, offset, passing, mu, _ = robot
+    angles, half, slip, pulled = now
     n, t = slip.shape
     width, lean, one = t + 3, t + 1, t + 2
     beyond, renewed = np.zeros((t + 1, width)), np.zeros((t + 1, width))
@@ -664,21 +696,13 @@ _FINEST = 256  # parts into which a step that fails is cut
 
 @compiled
 def _equilibrium(
-    cell: Array,
-    offset: Array,
-    passing: np.ndarray,
-    mu: float,
-    weight: Array,
-    drive: Array,
-    drag: float,
-    trend: Array,
-    angles: Array,
-    slip: Array,
+    robot: EyeletArm, drive: Array, drag: float, trend: Array, angles: Array, slip: Array
 ) -> bool:
     """Move `angles` and `slip` to the equilibrium under `drive`; return whether one was found.
 
     `sliding._newton`, but that the search starts `trend` further on.
     """
+    cell, weight = robot.cell, robot.weight
     n, t = slip.shape
     loaded = drive[t] != 0.0 or drive[t + 1] != 0.0 or drive[t + 2] != 0.0
     softest = math.inf
@@ -691,6 +715,8 @@ def _equilibrium(
         np.empty(n), np.empty((n, t)), np.empty(n), np.zeros(n), np.empty(n),
     )  # fmt: skip
     trial, pulled, half = np.empty(n), np.zeros((n, t)), np.empty((n, 2))
+    start = Slid(angles, start_half, slip, pulled)
+    tried, reached = Slid(trial, half, there, pulled), Slid(now, half, there, pulled)
     copy(angles, now)
     copy(trend, step)
     size, best_share = math.inf, 1.0
@@ -709,10 +735,7 @@ def _equilibrium(
                 trial[k] = now[k] + share * step[k]
                 inside = inside and abs(trial[k]) < cell[k, LARGEST]
             if inside:
-                found = evaluate(
-                    cell, offset, passing, mu, weight, drive, loaded, drag, angles, start_half,
-                    slip, trial, there, pulled, half, lack, outer,
-                )  # fmt: skip
+                found = evaluate(robot, drive, loaded, drag, start, tried, lack, outer)
                 if found < best:
                     best, best_share = found, share
                 if again or found < (1.0 - 1e-4 * share) * size:
@@ -729,31 +752,20 @@ def _equilibrium(
                 copy(there[k], slip[k])
             return True
         if rounds < _MOST_ROUNDS:
-            newton_step(cell, offset, passing, mu, loaded, drag, now, there, pulled, half, lack, outer, step)
+            newton_step(robot, loaded, drag, reached, lack, outer, step)
     return False
 
 
 @compiled
-def _creep(
-    cell: Array,
-    offset: Array,
-    passing: np.ndarray,
-    mu: float,
-    weight: Array,
-    drive: Array,
-    angles: Array,
-    slip: Array,
-) -> bool:
+def _creep(robot: EyeletArm, drive: Array, angles: Array, slip: Array) -> bool:
     """Move to the equilibrium that is reached slowly where there is none close by: `sliding._creep`."""
-    still = np.zeros(len(angles))
+    cell, still = robot.cell, np.zeros(len(angles))
     stiffness = math.inf
     for k in range(len(angles)):
         stiffness = min(stiffness, cell[k, STIFFNESS] / cell[k, LENGTH])
     drag, last = stiffness, False
     for _ in range(2 * MOST_CREEP_STEPS):
-        found = _equilibrium(
-            cell, offset, passing, mu, weight, drive, 0.0 if last else drag, still, angles, slip
-        )
+        found = _equilibrium(robot, drive, 0.0 if last else drag, still, angles, slip)
         if last:
             if found:
                 return True
@@ -770,16 +782,7 @@ def _creep(
 
 @compiled
 def _advance(
-    cell: Array,
-    offset: Array,
-    passing: np.ndarray,
-    mu: float,
-    weight: Array,
-    drive_from: Array,
-    drive_to: Array,
-    trend: Array,
-    angles: Array,
-    slip: Array,
+    robot: EyeletArm, drive_from: Array, drive_to: Array, trend: Array, angles: Array, slip: Array
 ) -> int:
     """Move `angles` and `slip` on from one drive to another, a step that fails halved: `sliding._settle`.
 
@@ -791,12 +794,12 @@ def _advance(
     while done < _FINEST:
         for i in range(len(drive)):
             drive[i] = drive_from[i] + (done + size) / _FINEST * (drive_to[i] - drive_from[i])
-        found = _equilibrium(cell, offset, passing, mu, weight, drive, 0.0, trend, angles, slip)
+        found = _equilibrium(robot, drive, 0.0, trend, angles, slip)
         fill(trend, 0.0)
         if not found and size > 1:
             size //= 2
             continue
-        if not found and not _creep(cell, offset, passing, mu, weight, drive, angles, slip):
+        if not found and not _creep(robot, drive, angles, slip):
             return 0
         taken += 1 if found else 2
         done += size
@@ -851,6 +854,7 @@ def march_by_sliding(
     firsts = np.zeros((steps.sum() + 1, n))  # changes of the first robot's angles, step by step
     straight = np.zeros(steps.sum() + 1, np.bool_)  # which of these were found at once
     for b in range(batch):
+        robot = EyeletArm(cell[b], offset[b], passing, mu[b], weight[b])
         balanced, place = True, 0
         for row in range(-1, rows):
             # Before the first row, inputs of zero: the robot sags without tension, so without friction,
@@ -876,9 +880,7 @@ def march_by_sliding(
                 else:
                     scale(trend, _share_of_last_slide(past, before, after, t))
                 copy(before, past)
-                taken = _advance(
-                    cell[b], offset[b], passing, mu[b], weight[b], before, after, trend, now, slip
-                )
+                taken = _advance(robot, before, after, trend, now, slip)
                 balanced = taken > 0
                 copy(after, before)
                 if b == 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,43 @@ PITCH, REST, SPAN = 9, 10, 13  # REST: rotation vector without load, three colum
 COLUMNS = 14
 # Entries of `drive`: NaN where the tension is given; SCALE [N/m] weighs lengths against forces.
 DISPLACEMENT, COMPLIANCE, PRETENSION, SCALE = range(4)
+
+
+class Tube(NamedTuple):
+    """A tube of n notches; of B tubes all but `axes` have a row for each.
+
+    Attributes:
+        notch: columns above, shape (n, 14).
+        fibre: place and area of the sections' fibres, shape (n, f, 3).
+        metal: modulus, strains at which it softens in tension and compression, what is lost then, shape (4,).
+        axes: 1: notches bend toward +-x only (`fibre` may then hold half of each, at twice the area);
+            3: any way.
+        mu: coefficient of friction, of B tubes shape (B,).
+    """
+
+    notch: Array
+    fibre: Array
+    metal: Array
+    axes: int
+    mu: Any
+
+
+class Loads(NamedTuple):
+    """What acts on elements: weight in the middle of the uncut piece, force and moment on the distal face.
+
+    Each has shape (n, 3), in the base frame [N, N m].
+    """
+
+    weight: Array
+    force: Array
+    moment: Array
+
+
+class Bends(NamedTuple):
+    """How the notches are bent: rotation vectors w, shape (n, 3) [rad], and stretches, shape (n,)."""
+
+    w: Array
+    stretch: Array
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -226,12 +264,12 @@ def place(notch: Array, axes: int, w: Array, stretch: Array, work: tuple[Array, 
 
 
 @compiled_in_place
-def loads_beyond(notch: Array, weight: Array, force: Array, moment: Array, work: tuple[Array, ...]) -> bool:
+def loads_beyond(notch: Array, loads: Loads, work: tuple[Array, ...]) -> bool:
     """Fill force, moment about the centroid line's upper end, and arms times forces, of all beyond a notch.
 
-    `weight`, `force` and `moment`, shape (n, 3), act on the elements: in the middle of the uncut piece, and
-    on the distal face. Returned is whether there are any.
+    Returned is whether there are any.
     """
+    weight, force, moment = loads
     R, top, face = work[:3]
     pull, torque, tensor = work[12:15]
     small, sums = work[20], work[21]
@@ -359,15 +397,16 @@ def tensions(
 
 @compiled_in_place
 def balance(
-    notch: Array, fibre: Array, metal: Array, axes: int, w: Array, stretch: Array, behind: Array,
-    value: Array, jacobian: Array, work: tuple[Array, ...],
-) -> float:  # fmt: skip
+    tube: Tube, bends: Bends, behind: Array, value: Array, jacobian: Array, work: tuple[Array, ...]
+) -> float:
     """Fill what is left over at every notch, its stretch eliminated, and its own part of the Jacobian.
 
     Kept in `own`: axial balance left over [N m], its slope by the stretch, the span's slope by the stretch,
     then per w: slope of the axial balance, and the span's slope with the stretch eliminated. Returned is the
     largest size of what is left over, the axial balance included.
     """
+    notch, fibre, metal, axes, _ = tube
+    w, stretch = bends
     R, _, _, p, pw, V, lw, span, pw2, V2, lw2 = work[:11]
     pull, torque, tensor = work[12:15]
     turns, section, own = work[16], work[18], work[19]
@@ -419,8 +458,7 @@ def balance(
 
 @compiled_in_place
 def evaluate(
-    notch: Array, fibre: Array, metal: Array, axes: int, mu: float, tension: float, drive: Array,
-    kept: Array, weight: Array, force: Array, moment: Array, w: Array, stretch: Array,
+    tube: Tube, tension: float, drive: Array, kept: Array, loads: Loads, bends: Bends,
     behind: Array, value: Array, jacobian: Array, drag: float, start: Array, work: tuple[Array, ...],
 ) -> float:  # fmt: skip
     """Fill what is left of every balance and its derivative by w and the tension; return its size [N m].
@@ -431,16 +469,17 @@ def evaluate(
     then that at the actuator, or of an inextensible tendon that behind the first edge: while it sticks there,
     the actuator's changes nothing.
     """
+    notch, axes, w = tube.notch, tube.axes, bends.w
     n = w.shape[0]
     last = n * axes
     driven = not math.isnan(drive[DISPLACEMENT])
     inside = driven and drive[COMPLIANCE] == 0.0
-    place(notch, axes, w, stretch, work)
-    loaded = loads_beyond(notch, weight, force, moment, work)
-    tensions(axes, mu, tension, inside, kept, behind, n, work)
+    place(notch, axes, w, bends.stretch, work)
+    loaded = loads_beyond(notch, loads, work)
+    tensions(axes, tube.mu, tension, inside, kept, behind, n, work)
     size = last + 1 if driven else last
     jacobian[:size, :size] = 0.0
-    worst = balance(notch, fibre, metal, axes, w, stretch, behind, value, jacobian, work)
+    worst = balance(tube, bends, behind, value, jacobian, work)
     span, grows, own = work[7], work[17], work[19]
     for i in range(n):
         for a in range(axes):
@@ -515,19 +554,17 @@ def _step(
 
 @compiled_in_place
 def equilibrium(
-    notch: Array, fibre: Array, metal: Array, axes: int, mu: float, tension: float, drive: Array,
-    kept: Array, weight: Array, force: Array, moment: Array, w: Array, stretch: Array,
+    tube: Tube, tension: float, drive: Array, kept: Array, loads: Loads, bends: Bends,
     behind: Array, drag: float, start: Array, space: tuple[Array, ...], work: tuple[Array, ...],
 ) -> tuple[bool, float, float]:  # fmt: skip
-    """Move `w` and `stretch` to the equilibrium near them; return whether found, tension, what is left."""
+    """Move `bends` to the equilibrium near them; return whether found, tension, what is left."""
+    notch, axes = tube.notch, tube.axes
+    w, stretch = bends
     value, jacobian, move, lengthen, w_from, stretch_from = space
     n = w.shape[0]
     near = _LEFT_RAD * drive[SCALE] * (notch[0, TENDON] + notch[0, CENTROID]) ** 2
     size = n * axes + (0 if math.isnan(drive[DISPLACEMENT]) else 1)
-    worst = evaluate(
-        notch, fibre, metal, axes, mu, tension, drive, kept, weight, force, moment, w, stretch,
-        behind, value, jacobian, drag, start, work,
-    )  # fmt: skip
+    worst = evaluate(tube, tension, drive, kept, loads, bends, behind, value, jacobian, drag, start, work)
     for _ in range(_MOST_ROUNDS):
         for k in range(size):
             value[k] = -value[k]
@@ -553,9 +590,8 @@ def equilibrium(
                     w[i, k] = w_from[i, k] + share * move[i, k]
             tension = max(tension_from + share * pull, 0.0)
             worst = evaluate(
-                notch, fibre, metal, axes, mu, tension, drive, kept, weight, force, moment, w, stretch,
-                behind, value, jacobian, drag, start, work,
-            )  # fmt: skip
+                tube, tension, drive, kept, loads, bends, behind, value, jacobian, drag, start, work
+            )
             if worst <= _NO_WORSE * before or largest < _TOLERANCE_RAD:
                 break
             share *= 0.5
@@ -567,15 +603,17 @@ def equilibrium(
 
 @compiled_in_place
 def let_go(
-    notch: Array, fibre: Array, metal: Array, axes: int, mu: float, tension: float, drive: Array,
-    kept: Array, weight: Array, force: Array, moment: Array, w: Array, stretch: Array,
-    w_try: Array, stretch_try: Array, behind: Array, space: tuple[Array, ...], work: tuple[Array, ...],
+    tube: Tube, tension: float, drive: Array, kept: Array, loads: Loads, bends: Bends, trial: Bends,
+    behind: Array, space: tuple[Array, ...], work: tuple[Array, ...],
 ) -> tuple[bool, float, float]:  # fmt: skip
     """Follow a snap: creep against a drag until an equilibrium is near; return as `equilibrium` does.
 
     Where notches soften, the way of equilibria ends, and the tube moves on its own, its friction with it.
-    `w`, `stretch` and `kept` creep along; `w_try` and `stretch_try` are the equilibrium.
+    `bends` and `kept` creep along; `trial` is the equilibrium.
     """
+    notch = tube.notch
+    w, stretch = bends
+    w_try, stretch_try = trial
     n = w.shape[0]
     full = drive[SCALE] * (notch[0, TENDON] + notch[0, CENTROID]) ** 2
     drag, worst = _FIRST_DRAG * full, 0.0
@@ -585,9 +623,8 @@ def let_go(
             for k in range(3):
                 w_try[i, k] = w[i, k]
         found, trying, worst = equilibrium(
-            notch, fibre, metal, axes, mu, tension, drive, kept, weight, force, moment,
-            w_try, stretch_try, behind, drag, w, space, work,
-        )  # fmt: skip
+            tube, tension, drive, kept, loads, trial, behind, drag, w, space, work
+        )
         if not found:
             drag *= 4.0
             continue
@@ -599,9 +636,8 @@ def let_go(
             for k in range(3):
                 w[i, k] = w_try[i, k]
         found, trying, worst = equilibrium(
-            notch, fibre, metal, axes, mu, tension, drive, kept, weight, force, moment,
-            w_try, stretch_try, behind, 0.0, w, space, work,
-        )  # fmt: skip
+            tube, tension, drive, kept, loads, trial, behind, 0.0, w, space, work
+        )
         if found:
             return True, trying, worst
     return False, tension, worst
@@ -615,11 +651,11 @@ _SHORTEST_STEP = 1e-2  # share of the way between two rows
 
 @compiled
 def _follow(
-    notch: Array, fibre: Array, metal: Array, axes: int, mu: float, drive: Array, drives: Array,
-    weight: Array, element: np.ndarray, forces: Array, moments: Array, steps: np.ndarray,
-    w_rows: Array, stretch_rows: Array, tension_rows: Array, left: Array,
+    tube: Tube, drive: Array, drives: Array, weight: Array, element: np.ndarray, forces: Array,
+    moments: Array, steps: np.ndarray, rows_of: Bends, tension_rows: Array, left: Array,
 ) -> int:  # fmt: skip
     """Lead one robot from rest through rows of inputs; return how many were reached. See `march`."""
+    notch, axes, mu = tube.notch, tube.axes, tube.mu
     n, rows = notch.shape[0], drives.shape[0] - 1
     size = n * axes + (0 if math.isnan(drive[DISPLACEMENT]) else 1)
     work = workspace(n)
@@ -631,6 +667,7 @@ def _follow(
     kept, behind = np.zeros(2 * n), np.empty(2 * n)
     force, moment = np.zeros((n, 3)), np.zeros((n, 3))
     hanging, now = np.empty((n, 3)), drive.copy()
+    loads, bends, trial = Loads(hanging, force, moment), Bends(w, stretch), Bends(w_try, stretch_try)
     by_length, tension, actuator = not math.isnan(drive[DISPLACEMENT]), 0.0, 0.0
     for row in range(rows + 1):  # the first way is to rest under the weight
         start, done, stride = max(row - 1, 0), 0.0, 1.0 / steps[row]
@@ -654,17 +691,14 @@ def _follow(
             w_try[:, :] = w
             stretch_try[:] = stretch
             found, trying, worst = equilibrium(
-                notch, fibre, metal, axes, mu, trying, now, kept, hanging, force, moment,
-                w_try, stretch_try, behind, 0.0, w, space, work,
-            )  # fmt: skip
+                tube, trying, now, kept, loads, trial, behind, 0.0, w, space, work
+            )
             if not found and stride > _SHORTEST_STEP:
                 stride *= 0.5
                 continue
             if not found:  # no equilibrium near by: let the tube go, slowly
-                found, trying, worst = let_go(
-                    notch, fibre, metal, axes, mu, tension if by_length else aim, now, kept, hanging, force,
-                    moment, w, stretch, w_try, stretch_try, behind, space, work,
-                )  # fmt: skip
+                held = tension if by_length else aim
+                found, trying, worst = let_go(tube, held, now, kept, loads, bends, trial, behind, space, work)
                 stride = 1.0 / steps[row]
             if not found:
                 return max(row - 1, 0)
@@ -678,8 +712,8 @@ def _follow(
             tension, done = trying, part
             left[max(row - 1, 0)] = worst
         if row > 0:
-            w_rows[row - 1] = w
-            stretch_rows[row - 1] = stretch
+            rows_of.w[row - 1] = w
+            rows_of.stretch[row - 1] = stretch
             tension_rows[row - 1, 0] = actuator
             for i in range(n):
                 tension_rows[row - 1, 1 + i] = behind[2 * i]
@@ -688,34 +722,33 @@ def _follow(
 
 @compiled
 def march(
-    notch: Array, fibre: Array, metal: Array, axes: int, mu: Array, drive: Array, drives: Array,
-    weight: Array, element: np.ndarray, forces: Array, moments: Array, steps: np.ndarray,
-    w: Array, stretch: Array, tension: Array, left: Array,
+    tubes: Tube, drive: Array, drives: Array, weight: Array, element: np.ndarray, forces: Array,
+    moments: Array, steps: np.ndarray, bends: Bends, tension: Array, left: Array,
 ) -> None:  # fmt: skip
     """Lead many robots from rest, first under their weight, then through rows of inputs.
 
     NaN from the row on at which a robot finds no equilibrium.
 
     Args:
-        notch: shape (B, n, 14). fibre: (B, n, f, 3). metal: (B, 4).
-        axes: 1: notches bend toward +-x only (`fibre` may then hold half of each, at twice the area);
-            3: any way.
-        mu: (B,). drive: (B, 4), its first entry NaN where the tension is given.
+        tubes: B of them.
+        drive: (B, 4), its first entry NaN where the tension is given.
         drives: tension [N] or displacement [m], zero first, (B, r + 1).
         weight: of the elements, in the base frame, (B, n, 3) [N].
         element: which are loaded on their distal faces, (p,).
         forces, moments: on these, zero first, (B, r + 1, p, 3) [N, N m].
         steps: at least so many to each row, (r + 1,).
-        w, stretch: filled, (B, r, n, 3) [rad] and (B, r, n).
+        bends: filled, (B, r, n, 3) [rad] and (B, r, n).
         tension: filled, (B, r, n + 1): at the actuator, then in each notch [N].
         left: filled, what no balance accounts for, (B, r) [N m].
     """
-    for b in range(notch.shape[0]):
+    for b in range(tubes.notch.shape[0]):
+        tube = Tube(tubes.notch[b], tubes.fibre[b], tubes.metal[b], tubes.axes, tubes.mu[b])
+        filled = Bends(bends.w[b], bends.stretch[b])
         reached = _follow(
-            notch[b], fibre[b], metal[b], axes, mu[b], drive[b], drives[b], weight[b], element,
-            forces[b], moments[b], steps, w[b], stretch[b], tension[b], left[b],
+            tube, drive[b], drives[b], weight[b], element, forces[b], moments[b], steps,
+            filled, tension[b], left[b],
         )  # fmt: skip
-        w[b, reached:] = np.nan
-        stretch[b, reached:] = np.nan
+        filled.w[reached:] = np.nan
+        filled.stretch[reached:] = np.nan
         tension[b, reached:] = np.nan
         left[b, reached:] = np.nan

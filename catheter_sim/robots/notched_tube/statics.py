@@ -16,7 +16,7 @@ from catheter_sim.core.statics import StaticModel, StaticRun, unless
 from catheter_sim.errors import InputError
 from catheter_sim.robots.notched_tube import kernels
 from catheter_sim.robots.notched_tube.description import Notch, notches
-from catheter_sim.robots.notched_tube.kernels import faces, march, spans
+from catheter_sim.robots.notched_tube.kernels import Bends, Tube, faces, march, spans
 from catheter_sim.robots.notched_tube.section import (
     closed_stiffness,
     closing_angle,
@@ -38,23 +38,18 @@ RADIAL, AROUND = 8, 24
 
 @dataclass(frozen=True)
 class Chains:
-    """B robots that differ in numbers only, as arrays. See `kernels` for the columns.
+    """B robots that differ in numbers only, as arrays.
 
     Attributes:
-        axes: 1 where notches bend toward +-x only, 3 where any way.
-        spatial: whether the robots could, loads or none.
-        notch: (B, n, 14). fibre: (B, n, f, 3). metal: (B, 4). mu: (B,).
+        tubes: as the compiled code takes them.
+        spatial: whether their notches could bend any way, loads or none.
         drive: displacement (NaN), compliance [m/N], pretension [N], scale [N/m], (B, 4).
         mass: of the elements, (B, n) [kg].
         mount_stiffness: (B,) [N/m].
     """
 
-    axes: int
+    tubes: Tube
     spatial: bool
-    notch: Array
-    fibre: Array
-    metal: Array
-    mu: Array
     drive: Array
     mass: Array
     mount_stiffness: Array
@@ -76,12 +71,14 @@ def chains(robots: Sequence[NotchedTubeRobot], axes: int) -> Chains:
     drive[:, [kernels.COMPLIANCE, kernels.PRETENSION]] = [_spring(robot) for robot in robots]
     drive[:, kernels.SCALE] = 1.0 / (arm**2 / bending).sum(axis=1)
     return Chains(
-        axes=axes,
+        tubes=Tube(
+            notch=notch,
+            fibre=np.array([_fibre_table(row, axes) for row in rows]),
+            metal=np.array([_metal_row(robot.material, robot.stiffness_scale) for robot in robots]),
+            axes=axes,
+            mu=np.array([robot.friction.mu for robot in robots]),
+        ),
         spatial=robots[0].bending_axes == "xy",
-        notch=notch,
-        fibre=np.array([_fibre_table(row, axes) for row in rows]),
-        metal=np.array([_metal_row(robot.material, robot.stiffness_scale) for robot in robots]),
-        mu=np.array([robot.friction.mu for robot in robots]),
         drive=drive,
         mass=np.array([[item.mass_kg for item in row] for row in rows]),
         mount_stiffness=np.array([robot.mount.axial_stiffness_N_per_m for robot in robots]),
@@ -198,7 +195,7 @@ class TubeStates:
     def faces(self) -> tuple[Array, Array]:
         """Return the elements' distal faces in the base frame, (B, r, n, 3) [m] and (B, r, n, 3, 3)."""
         p_w, R_w = np.empty(self.w.shape), np.empty((*self.w.shape, 3))
-        faces(self.chains.notch, self.w, self.stretch, p_w, R_w)
+        faces(self.chains.tubes.notch, self.w, self.stretch, p_w, R_w)
         p_w[..., 2] += self.shift[..., None]
         return p_w, R_w
 
@@ -260,10 +257,9 @@ def solve_rows(
     w, stretch = np.empty((*shape, count, 3)), np.empty((*shape, count))
     tension, residual = np.empty((*shape, count + 1)), np.empty(shape)
     march(
-        *(made.notch, made.fibre, made.metal, axes, made.mu, made.drive, drives, weight),
-        *(element, force, moment),
+        *(made.tubes, made.drive, drives, weight, element, force, moment),
         _steps(made, drives, force, moment, step_bend_rad),
-        *(w, stretch, tension, residual),
+        *(Bends(w, stretch), tension, residual),
     )
     shift = (pressed[:, 1:] - tension[:, :, 0]) / made.mount_stiffness[:, None]
     return TubeStates(made, w, stretch, tension[:, :, 0], tension[:, :, 1:], shift, residual)
@@ -305,7 +301,7 @@ def _steps(
     made: Chains, drives: Array, force: Array, moment: Array, step_bend_rad: float
 ) -> NDArray[np.int64]:
     """Return how many steps each row takes, the weight's first, shape (r + 1,); the same for all robots."""
-    notch = made.notch
+    notch = made.tubes.notch
     arm = float((notch[:, :, kernels.TENDON] + notch[:, :, kernels.CENTROID]).max())
     by_length = not math.isnan(made.drive[0, kernels.DISPLACEMENT])
     softness = (1.0 / made.drive[:, kernels.SCALE]).max() / arm**2  # [rad/(N m)]

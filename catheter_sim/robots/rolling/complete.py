@@ -20,7 +20,9 @@ from catheter_sim.robots.rolling.joint import Span, active_radius
 from catheter_sim.robots.rolling.kernels import (
     LENGTH,
     REST,
-    Packed,
+    PackedChain,
+    Pulls,
+    Standing,
     advance,
     follow,
     load_batch,
@@ -895,11 +897,10 @@ def solve_history(
     at_joint = np.empty((r, t, n))
     made = np.empty((int(steps.sum()), 1 + t if pre_sliding_m else 1, n))
     known = guide.made if guide is not None and alike and guide.made.shape == made.shape else made[:0]
+    acting = Pulls(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment)
     reached = follow(
-        *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
-        *(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment, steps),
-        *(np.array(pre_sliding_m), known, made, 0 if after is None else 1, angle, lengths, memory),
-        *(theta, length, at_joint, value),
+        *(robot, acting, steps, np.array(pre_sliding_m), known, made, 0 if after is None else 1),
+        *(angle, lengths, memory, Standing(theta, length, at_joint, value)),
     )
     if reached < r:
         raise _no_equilibrium("complete", inputs, reached)
@@ -938,8 +939,9 @@ def solve_loaded(
     theta, length, value = np.empty((b, n)), np.empty((b, n)), np.empty((b, n))
     at_joint = np.empty((b, t, n))
     failed = load_batch(
-        *(packed.joint, packed.rod, packed.stiffness, packed.pulled, packed.mu, drive, length),
-        *(acting.link, acting.point, acting.force, acting.tip_moment, theta, at_joint, value),
+        packed,
+        Pulls(drive, acting.link, acting.point, acting.force, acting.tip_moment),
+        Standing(theta, length, at_joint, value),
     )
     if failed >= 0:
         raise InputError(
@@ -1058,7 +1060,7 @@ class March:
         unbalanced: moment left at each joint, shape (n,) [N m].
     """
 
-    def __init__(self, chain: RollingChain, packed: Packed | None = None) -> None:
+    def __init__(self, chain: RollingChain, packed: PackedChain | None = None) -> None:
         """Put the robot at rest, without load; `packed` is `pack(chain)` where that is at hand."""
         n, t = chain.joints, chain.pulled
         self.chain = chain
@@ -1078,13 +1080,14 @@ class March:
 
     def advance(self, way: Stretch) -> bool:
         """Go from here, whatever its `drive_from`, to the end of `way`; return whether it was reached."""
-        robot, start, end = self.packed, way.loads_from, way.loads_to
+        start, end = way.loads_from, way.loads_to
         made = np.empty((way.steps, *self._unknown.shape[1:]))
         reached = advance(
-            *(robot.joint, robot.rod, robot.stiffness, robot.pulled, robot.mu),
-            *(self.drive, way.drive_to, self.theta, self.memory, self.link_length),
-            *(end.link, end.point, start.force, end.force, start.tip_moment, end.tip_moment),
-            *(self._gives, way.steps, self._unknown, made, self.at_joint, self.unbalanced, self._work),
+            self.packed,
+            Pulls(self.drive, end.link, end.point, start.force, start.tip_moment),
+            Pulls(way.drive_to, end.link, end.point, end.force, end.tip_moment),
+            Standing(self.theta, self.link_length, self.at_joint, self.unbalanced),
+            *(self.memory, self._gives, way.steps, self._unknown, made, self._work),
         )
         self.drive = way.drive_to
         return bool(reached == 1.0)

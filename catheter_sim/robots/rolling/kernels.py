@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,9 +26,16 @@ OFFSET, MOUTH, SINK, CLEARANCE, REST_CURVATURE, X, Y = range(7)
 # A chain in the arrays of the compiled loops.
 
 
-@dataclass(frozen=True)
-class Packed:
-    """A chain as the compiled code takes it."""
+class PackedChain(NamedTuple):
+    """A chain of n joints and m rods as the compiled code takes it.
+
+    Attributes:
+        joint: shape (n, 12), columns above.
+        rod: shape (m, n, 7), columns above.
+        stiffness: of the rods, shape (m,) [N m^2].
+        pulled: how many of the rods, the first ones, are pulled.
+        mu: coefficient of friction.
+    """
 
     joint: Array
     rod: Array
@@ -37,7 +44,69 @@ class Packed:
     mu: float
 
 
-def pack(chain: RollingChain) -> Packed:
+class Pulls(NamedTuple):
+    """What acts on a chain at one row; of a history `drive`, `force` and `moment` have a row each.
+
+    Attributes:
+        drive: tensions at the actuators, shape (t,) [N].
+        link, point, force: on which link each load acts, (p,), where in its frame [m], and how [N], (p, 3).
+        moment: on the tip, shape (3,) [N m].
+    """
+
+    drive: Array
+    link: np.ndarray
+    point: Array
+    force: Array
+    moment: Array
+
+
+class Standing(NamedTuple):
+    """An equilibrium, or the way to one; of several each array has a row for each.
+
+    Attributes:
+        theta: bend angles, shape (n,) [rad].
+        length: of the links, as compressed, shape (n,) [m].
+        at_joint: tension of the pulled rods in each gap, shape (t, n) [N].
+        value: moment left at each joint, shape (n,) [N m].
+    """
+
+    theta: Array
+    length: Array
+    at_joint: Array
+    value: Array
+
+
+class Work(NamedTuple):
+    """Arrays that a balance of n joints and t pulled rods works in, made once for a whole history.
+
+    `wrench` holds across, along and tension over length of each pulled rod's span, `rods` and `kept` what
+    `slide_and_bend_rods` says; the others are of the links and joints, base to tip.
+    """
+
+    wrench: Array
+    elastic: Array
+    sines: Array
+    cosines: Array
+    kept: Array
+    along: Array
+    axis: Array
+    contact: Array
+    up: Array
+    origin: Array
+    turned: Array
+    pull: Array
+    pull_moment: Array
+    push: Array
+    push_moment: Array
+    moved: Array
+    beyond: Array
+    outer: Array
+    R: Array
+    small: Array
+    rods: Array
+
+
+def pack(chain: RollingChain) -> PackedChain:
     """Return `chain` in the compiled code's arrays."""
     joint = np.stack(
         [
@@ -69,7 +138,7 @@ def pack(chain: RollingChain) -> Packed:
         ],
         axis=2,
     )
-    return Packed(joint, rod, chain.stiffness.copy(), chain.pulled, chain.mu)
+    return PackedChain(joint, rod, chain.stiffness.copy(), chain.pulled, chain.mu)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -200,27 +269,18 @@ def bend_sleeve(
 
 @compiled
 def pull_and_bend_rods(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
+    chain: PackedChain,
     drive: Array,
     kept: Array,
     theta: Array,
     at_joint: Array,
     above: Array,
-    wrench: Array,
-    elastic: Array,
-    sines: Array,
-    cosines: Array,
-    grows: Array,
+    work: Work,
     jacobian: Array,
 ) -> None:
-    """Fill tensions, the pull of all rods along their spans, elastic moments and their part of the Jacobian.
-
-    `wrench`, shape (t, n, 3): across, along and tension over length of each pulled rod's span.
-    """
+    """Fill tensions, the pull of all rods along their spans, elastic moments and their Jacobian's part."""
+    joint, rod, stiffness, pulled, mu = chain
+    wrench, elastic, sines, cosines, grows = work.wrench, work.elastic, work.sines, work.cosines, work.kept[0]
     n, m = joint.shape[0], rod.shape[0]
     bend_sleeve(joint, theta, elastic, sines, cosines, jacobian)
     for r in range(m):
@@ -301,37 +361,30 @@ SLOPE, LACK, STICKS = range(3)  # layers of `rods` in `slide_and_bend_rods`
 
 @compiled
 def slide_and_bend_rods(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
+    chain: PackedChain,
+    pre_sliding_m: float,
     drive: Array,
     memory: Array,
     theta: Array,
     at_joint: Array,
     renewed: Array,
-    wrench: Array,
-    elastic: Array,
-    sines: Array,
-    cosines: Array,
-    pre_sliding_m: float,
-    rods: Array,
-    along: Array,
+    work: Work,
     jacobian: Array,
 ) -> None:
     """As `rods.pull_and_bend_rods`, with friction by sliding at the shares in `renewed[SLIP]`.
 
     `jacobian` takes with it that the shares change as the module's text says. `renewed` gets tensions and
-    spans. Further filled are
+    spans. Further filled are, of `work`,
 
         rods: for each pulled rod and joint, shape (3, t, n): `SLOPE`, how its span's length changes with the
             angle [m/rad]; `LACK`, by how much the share has to change, were the angles to stay; `STICKS`, 1
             where it does, 0 where it slips.
-        along: worked in, but its last row, shape (3, n): what `LACK` adds to the moments [N m].
+        kept: worked in, but its last row, shape (3, n): what `LACK` adds to the moments [N m].
     """
+    joint, rod, stiffness, pulled, mu = chain
+    wrench, elastic, sines, cosines, rods = work.wrench, work.elastic, work.sines, work.cosines, work.rods
+    gives, rates, lacks = work.kept[0], work.kept[1], work.kept[2]
     n, m = joint.shape[0], rod.shape[0]
-    gives, rates, lacks = along[0], along[1], along[2]
     bend_sleeve(joint, theta, elastic, sines, cosines, jacobian)
     lacks[:] = 0.0
     for r in range(m):
@@ -408,21 +461,14 @@ def renew_shares(
 
 @compiled
 def guess_shares(
-    joint: Array,
-    rod: Array,
-    pulled: int,
-    mu: float,
-    before: Array,
-    drive: Array,
-    memory: Array,
-    theta: Array,
-    renewed: Array,
+    chain: PackedChain, before: Array, drive: Array, memory: Array, theta: Array, renewed: Array
 ) -> None:
     """Fill `renewed[SLIP]` with the shares from which to search on for those under `drive`.
 
     A rod whose own tension changes all but alone, from `before`, starts with the shares that keep the
     tensions along it, where the bounds let them. All others slide on as they did.
     """
+    joint, rod, _, pulled, mu = chain
     n, changes = len(theta), 0.0
     renewed[SLIP] = memory[SLIP]
     for r in range(pulled):
@@ -449,9 +495,9 @@ def guess_shares(
 
 
 @compiled
-def workspace(n: int, pulled: int) -> tuple[Array, ...]:
-    """Return the arrays that `evaluate` works in, of n joints: made once for a whole history."""
-    return (
+def workspace(n: int, pulled: int) -> Work:
+    """Return arrays for `evaluate` to work in, of n joints."""
+    return Work(
         np.empty((pulled, n, 3)), np.empty(n), np.empty(n), np.empty(n), np.empty((3, n)),
         np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)),
         np.empty((n, 3, 3)), np.empty((n + 1, 3)), np.empty((n + 1, 3)), np.empty((n, 3)), np.empty((n, 3)),
@@ -462,48 +508,35 @@ def workspace(n: int, pulled: int) -> tuple[Array, ...]:
 
 @compiled
 def evaluate(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
+    chain: PackedChain,
     pre_sliding_m: float,
-    drive: Array,
+    acting: Pulls,
     memory: Array,
     theta: Array,
-    length: Array,
-    load_link: np.ndarray,
-    load_point: Array,
-    load_force: Array,
-    tip_moment: Array,
-    at_joint: Array,
+    found: Standing,
     renewed: Array,
-    value: Array,
     jacobian: Array,
-    work: tuple[Array, ...],
+    work: Work,
 ) -> bool:
-    """Fill tensions, the moment left at every joint and its derivative; renew the links' lengths.
+    """Fill tensions, the moment left at every joint and its derivative, at `theta`; renew the links' lengths.
 
     Link by link from the tip: all wrenches on a link, about the base's origin, give the reaction of its
     joint; what that would have to carry about the joint's own axis is left over. `renewed` is what `memory`
     becomes, see `sliding`. Returned is whether joints feel those above them, so that the derivative has
     entries above its diagonal: where a load acts, or rods stick that others move.
     """
+    joint, rod, _, pulled, _ = chain
+    drive, load_link, load_point, load_force, tip_moment = acting
+    _, length, at_joint, value = found
     n, loads = joint.shape[0], load_link.shape[0]
-    wrench, elastic, sines, cosines, grows, along, axis, contact, up, origin, turned = work[:11]
-    pull, pull_moment, push, push_moment, moved, beyond, outer, R, small, rods = work[11:]
+    wrench, elastic, _, _, _, along, axis, contact, up, origin, turned = work[:11]
+    pull, pull_moment, push, push_moment, moved, beyond, outer, R, small, _ = work[11:]
     face, chord, lower, product = small[0], small[1], small[2], small[3]
     point, react, react_moment = small[4], small[5], small[6]
     if pre_sliding_m > 0.0:
-        slide_and_bend_rods(
-            joint, rod, stiffness, pulled, mu, drive, memory, theta, at_joint, renewed,
-            wrench, elastic, sines, cosines, pre_sliding_m, rods, grows, jacobian,
-        )  # fmt: skip
+        slide_and_bend_rods(chain, pre_sliding_m, drive, memory, theta, at_joint, renewed, work, jacobian)
     else:
-        pull_and_bend_rods(
-            joint, rod, stiffness, pulled, mu, drive, memory[ABOVE], theta, at_joint, renewed[ABOVE],
-            wrench, elastic, sines, cosines, grows[0], jacobian,
-        )  # fmt: skip
+        pull_and_bend_rods(chain, drive, memory[ABOVE], theta, at_joint, renewed[ABOVE], work, jacobian)
     pull[:] = 0.0
     pull_moment[:] = 0.0
     face[:] = 0.0
@@ -620,31 +653,13 @@ _TOWARD_LIMIT = 0.9  # of the way to a closing gap that one step may go
 
 @compiled
 def find_equilibrium(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
-    drive: Array,
-    memory: Array,
-    theta: Array,
-    length: Array,
-    load_link: np.ndarray,
-    load_point: Array,
-    load_force: Array,
-    tip_moment: Array,
-    at_joint: Array,
-    renewed: Array,
-    value: Array,
-    work: tuple[Array, ...],
+    chain: PackedChain, acting: Pulls, memory: Array, found: Standing, renewed: Array, work: Work
 ) -> bool:
-    """Move `theta` to the equilibrium nearest to it; return whether one was found."""
+    """Move `found.theta` to the equilibrium nearest to it; return whether one was found."""
+    joint, theta, value = chain.joint, found.theta, found.value
     n = joint.shape[0]
     jacobian, step, trial = np.empty((n, n)), np.empty(n), np.empty(n)
-    loaded = evaluate(
-        joint, rod, stiffness, pulled, mu, 0.0, drive, memory, theta, length,
-        load_link, load_point, load_force, tip_moment, at_joint, renewed, value, jacobian, work,
-    )  # fmt: skip
+    loaded = evaluate(chain, 0.0, acting, memory, theta, found, renewed, jacobian, work)
     for _ in range(_MOST_ROUNDS):
         worst = largest_size(value)
         for k in range(n):
@@ -667,10 +682,7 @@ def find_equilibrium(
                 share = best_share
             for k in range(n):
                 trial[k] = theta[k] + share * step[k]
-            loaded = evaluate(
-                joint, rod, stiffness, pulled, mu, 0.0, drive, memory, trial, length,
-                load_link, load_point, load_force, tip_moment, at_joint, renewed, value, jacobian, work,
-            )  # fmt: skip
+            loaded = evaluate(chain, 0.0, acting, memory, trial, found, renewed, jacobian, work)
             left = largest_size(value)
             if left <= worst or largest < ANGLE_TOLERANCE_RAD:
                 break
@@ -686,41 +698,27 @@ def find_equilibrium(
 
 @compiled
 def find_equilibrium_by_sliding(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
+    chain: PackedChain,
     pre_sliding_m: float,
-    drive: Array,
+    acting: Pulls,
     memory: Array,
-    theta: Array,
-    length: Array,
-    load_link: np.ndarray,
-    load_point: Array,
-    load_force: Array,
-    tip_moment: Array,
-    at_joint: Array,
+    found: Standing,
     renewed: Array,
-    value: Array,
-    work: tuple[Array, ...],
+    work: Work,
 ) -> bool:
-    """Move `theta` to the equilibrium nearest to it, rods sliding (`sliding`); return whether one was found.
+    """Move `found.theta` to the nearest equilibrium, with sliding rods; return whether one was found.
 
     `renewed[SLIP]` holds the shares with which the search begins.
     """
+    joint, theta, value = chain.joint, found.theta, found.value
     n = joint.shape[0]
     jacobian, step = np.empty((n, n)), np.empty(n)
-    along, rods = work[4], work[20]
     before, largest, start = math.inf, math.inf, theta.copy()
     for _ in range(_MOST_SLIDING_ROUNDS):
-        evaluate(
-            joint, rod, stiffness, pulled, mu, pre_sliding_m, drive, memory, theta, length,
-            load_link, load_point, load_force, tip_moment, at_joint, renewed, value, jacobian, work,
-        )  # fmt: skip
+        evaluate(chain, pre_sliding_m, acting, memory, theta, found, renewed, jacobian, work)
         worst = 0.0
         for k in range(n):
-            step[k] = -value[k] - along[2, k]
+            step[k] = -value[k] - work.kept[2, k]
             worst = max(worst, abs(step[k]))
         if largest < ANGLE_TOLERANCE_RAD or largest * worst < 0.1 * ANGLE_TOLERANCE_RAD * before:
             farthest = 0.0
@@ -738,7 +736,7 @@ def find_equilibrium_by_sliding(
         largest = largest_size(step)
         if not math.isfinite(largest):
             return False
-        renew_shares(rod, pre_sliding_m, share, step, rods, renewed)
+        renew_shares(chain.rod, pre_sliding_m, share, step, work.rods, renewed)
         for k in range(n):
             theta[k] += share * step[k]
     return False
@@ -753,39 +751,30 @@ _STEPS_FROM_REST = 8
 
 @compiled
 def advance(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
-    drive_from: Array,
-    drive_to: Array,
-    theta: Array,
+    chain: PackedChain,
+    before: Pulls,
+    after: Pulls,
+    here: Standing,
     memory: Array,
-    length: Array,
-    load_link: np.ndarray,
-    load_point: Array,
-    force_from: Array,
-    force_to: Array,
-    moment_from: Array,
-    moment_to: Array,
     pre_sliding_m: Array,
     steps: int,
     guide: Array,
     made: Array,
-    at_joint: Array,
-    value: Array,
-    work: tuple[Array, ...],
+    work: Work,
 ) -> float:
     """Go from one row of inputs to the next in `steps` or more steps; return the share reached.
 
-    `theta`, `memory` and `length` are moved along; `at_joint` and `value` are filled. The search for each
-    equilibrium begins where its row of `guide` leads to, see `follow`. A step that finds none begins once
-    more without, and then is cut in halves. Less than 1 is returned where none is found however short it is.
+    `here` and `memory` are moved along; `before` and `after` differ in tensions, forces and moment alone.
+    The search for each equilibrium begins where its row of `guide` leads to, see `follow`. A step that finds
+    none begins once more without, and then is cut in halves. Less than 1 is returned where none is found
+    however short it is.
     """
+    theta, length, pulled = here.theta, here.length, chain.pulled
     renewed, guess, lengths = np.empty_like(memory), np.empty_like(theta), np.empty_like(length)
-    start, there = np.empty_like(theta), np.empty_like(drive_to)
-    drive, force, moment = np.empty_like(drive_to), np.empty_like(force_to), np.empty_like(moment_to)
+    start, there = np.empty_like(theta), np.empty_like(after.drive)
+    drive, force, moment = np.empty_like(after.drive), np.empty_like(after.force), np.empty_like(after.moment)
+    acting = Pulls(drive, after.link, after.point, force, moment)
+    trial = Standing(guess, lengths, here.at_joint, here.value)
     done, stride, sliding = 0.0, 1.0 / steps, len(pre_sliding_m) > 0
     for step in range(steps):
         goal = (step + 1.0) / steps if step + 1 < steps else 1.0
@@ -799,27 +788,23 @@ def advance(
             for k in range(theta.shape[0]):
                 guess[k] = theta[k] + (guide[step, 0, k] if foreseen else 0.0)
             copy(length, lengths)
-            blend(drive_from, drive_to, part, drive)
-            blend(drive_from, drive_to, done, there)
+            blend(before.drive, after.drive, part, drive)
+            blend(before.drive, after.drive, done, there)
             for p in range(force.shape[0]):
-                blend(force_from[p], force_to[p], part, force[p])
-            blend(moment_from, moment_to, part, moment)
+                blend(before.force[p], after.force[p], part, force[p])
+            blend(before.moment, after.moment, part, moment)
             if sliding:
                 if foreseen:
                     renewed[SLIP] = guide[step, 1:]
                 elif tries > 0:
                     renewed[SLIP] = memory[SLIP]
                 else:
-                    guess_shares(joint, rod, pulled, mu, there, drive, memory, theta, renewed)
+                    guess_shares(chain, there, drive, memory, theta, renewed)
                 found = find_equilibrium_by_sliding(
-                    joint, rod, stiffness, pulled, mu, pre_sliding_m[tries], drive, memory, guess, lengths,
-                    load_link, load_point, force, moment, at_joint, renewed, value, work,
-                )  # fmt: skip
+                    chain, pre_sliding_m[tries], acting, memory, trial, renewed, work
+                )
             else:
-                found = find_equilibrium(
-                    joint, rod, stiffness, pulled, mu, drive, memory, guess, lengths,
-                    load_link, load_point, force, moment, at_joint, renewed, value, work,
-                )  # fmt: skip
+                found = find_equilibrium(chain, acting, memory, trial, renewed, work)
             if found:
                 copy(guess, theta)
                 copy(lengths, length)
@@ -845,17 +830,15 @@ def advance(
 
 
 @compiled
+def pulls_at(acting: Pulls, row: int) -> Pulls:
+    """Return what acts at one row of a history."""
+    return Pulls(acting.drive[row], acting.link, acting.point, acting.force[row], acting.moment[row])
+
+
+@compiled
 def follow(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
-    drive: Array,
-    load_link: np.ndarray,
-    load_point: Array,
-    load_force: Array,
-    tip_moment: Array,
+    chain: PackedChain,
+    acting: Pulls,
     steps: np.ndarray,
     pre_sliding_m: Array,
     guide: Array,
@@ -864,10 +847,7 @@ def follow(
     angle: Array,
     lengths: Array,
     memory: Array,
-    theta: Array,
-    length: Array,
-    at_joint: Array,
-    value: Array,
+    found: Standing,
 ) -> int:
     """Go through rows of inputs, from the `first` on; return how many were reached.
 
@@ -880,48 +860,34 @@ def follow(
     `made` is filled for all s steps with what each did to the angles, NaN where it had to be cut, and where
     rods slide with their shares after it: shape (s, 1, n) or (s, 1 + t, n). `guide` is `made` of a robot that
     is much alike; of no steps: none is known.
-    `drive`, shape (r, t), `load_force`, (r, p, 3), `tip_moment`, (r, 3), and `steps`, (r,), are those of the
-    rows; `theta`, `length`, `value`, shape (r, n), and `at_joint`, (r, t, n), are filled.
+    `acting` and `steps`, shape (r,), have a value a row, and `found` is filled row by row.
     """
-    rows, n = theta.shape
-    before, start, work = 0, 0, workspace(n, pulled)
+    rows, n = found.theta.shape
+    before, start, work = 0, 0, workspace(n, chain.pulled)
     for row in range(first, rows):
         end = start + steps[row]
         reached = advance(
-            joint, rod, stiffness, pulled, mu, drive[before], drive[row], angle, memory, lengths,
-            load_link, load_point, load_force[before], load_force[row], tip_moment[before], tip_moment[row],
-            pre_sliding_m, steps[row], guide[start:end], made[start:end], at_joint[row], value[row], work,
+            chain, pulls_at(acting, before), pulls_at(acting, row),
+            Standing(angle, lengths, found.at_joint[row], found.value[row]),
+            memory, pre_sliding_m, steps[row], guide[start:end], made[start:end], work,
         )  # fmt: skip
         if reached < 1.0:
             return row
-        copy(angle, theta[row])
-        copy(lengths, length[row])
+        copy(angle, found.theta[row])
+        copy(lengths, found.length[row])
         before, start = row, end
     return rows
 
 
 @compiled
-def load_batch(
-    joint: Array,
-    rod: Array,
-    stiffness: Array,
-    pulled: int,
-    mu: float,
-    drive: Array,
-    length: Array,
-    load_link: np.ndarray,
-    load_point: Array,
-    load_force: Array,
-    tip_moment: Array,
-    theta: Array,
-    at_joint: Array,
-    value: Array,
-) -> int:
+def load_batch(chain: PackedChain, acting: Pulls, found: Standing) -> int:
     """Solve configurations that are each loaded from rest; return the index of one that fails, or -1.
 
-    `drive`, shape (b, t); `theta`, `length`, shape (b, n), `at_joint` (b, t, n) and `value` (b, n) are
-    filled. Each starts from the one before, and from rest in steps where that leads nowhere.
+    `acting.drive`, shape (b, t), has a row each, the loads are the same for all; `found` is filled. Each
+    starts from the one before, and from rest in steps where that leads nowhere.
     """
+    joint, pulled = chain.joint, chain.pulled
+    theta, length = found.theta, found.length
     batch, n = theta.shape
     nothing, memory, renewed = np.zeros((1, pulled, n)), np.zeros((1, pulled, n)), np.empty((1, pulled, n))
     slack, work = np.zeros(pulled), workspace(n, pulled)
@@ -930,20 +896,17 @@ def load_batch(
         for k in range(n):
             theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, REST]
             length[b, k] = length[b - 1, k] if b > 0 else joint[k, LENGTH]
-        found = find_equilibrium(
-            joint, rod, stiffness, pulled, mu, drive[b], nothing, theta[b], length[b],
-            load_link, load_point, load_force, tip_moment, at_joint[b], renewed, value[b], work,
-        )  # fmt: skip
-        if not found:
+        there = Pulls(acting.drive[b], acting.link, acting.point, acting.force, acting.moment)
+        here = Standing(theta[b], length[b], found.at_joint[b], found.value[b])
+        if not find_equilibrium(chain, there, nothing, here, renewed, work):
             for k in range(n):
                 theta[b, k] = joint[k, REST]
                 length[b, k] = joint[k, LENGTH]
             memory[:] = 0.0
+            rest = Pulls(slack, acting.link, acting.point, acting.force, acting.moment)
             reached = advance(
-                joint, rod, stiffness, pulled, mu, slack, drive[b], theta[b], memory, length[b],
-                load_link, load_point, load_force, load_force, tip_moment, tip_moment,
-                nothing_slides, _STEPS_FROM_REST, nothing_known, made, at_joint[b], value[b], work,
-            )  # fmt: skip
+                chain, rest, there, here, memory, nothing_slides, _STEPS_FROM_REST, nothing_known, made, work
+            )
             if reached < 1.0:
                 return b
     return -1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -394,18 +395,40 @@ def span_ends(robot: RollingRobot) -> np.ndarray:
 # keep its energy.
 
 
+class RollingLinks(NamedTuple):
+    """Links that roll on one another, base to tip, by their places in MuJoCo's arrays.
+
+    Attributes:
+        radius: of the arc where a joint leans to minus and to plus, shape (n, 2) [m].
+        qpos, dof: of the bends, shape (n,).
+        joint, body, below: the joint, the link and what it rolls on, shape (n,).
+        mass: of all of MuJoCo's bodies [kg].
+    """
+
+    radius: Array
+    qpos: Index
+    dof: Index
+    joint: Index
+    body: Index
+    below: Index
+    mass: Array
+
+
 class ContactMotion(Law):
     """Adds the forces of inertia that come from the contacts' own motion."""
 
     def __init__(self, robot: RollingRobot, place: RobotInModel) -> None:
         model, chain, ids = place.model, rolling_chain(robot), joint_ids(robot, place)
-        self._model, self._joint = model, ids
-        self._radius = np.stack([chain.radius_negative, chain.radius_positive], axis=1)
-        self._qpos = model.jnt_qposadr[ids].astype(np.int64)
-        self._dof = model.jnt_dofadr[ids].astype(np.int64)
-        links = [f"link_{joint.index}" for joint in rolling_joints(robot)]
-        self._body = np.array([place.body(name).id for name in links], np.int64)
-        self._below = model.body_parentid[self._body].astype(np.int64)
+        body = np.array([place.body(f"link_{joint.index}").id for joint in rolling_joints(robot)], np.int64)
+        self._links = RollingLinks(
+            radius=np.stack([chain.radius_negative, chain.radius_positive], axis=1),
+            qpos=model.jnt_qposadr[ids].astype(np.int64),
+            dof=model.jnt_dofadr[ids].astype(np.int64),
+            joint=ids,
+            body=body,
+            below=model.body_parentid[body].astype(np.int64),
+            mass=model.body_mass,
+        )
 
     def between(self, step: Step) -> None:
         """Add the forces where the robot moves."""
@@ -413,19 +436,7 @@ class ContactMotion(Law):
             return
         data = step.data
         add_inertia_of_contacts(
-            data.qpos,
-            data.qvel,
-            self._radius,
-            self._qpos,
-            self._dof,
-            self._joint,
-            self._body,
-            self._below,
-            self._model.body_mass,
-            data.xipos,
-            data.xmat,
-            data.xanchor,
-            data.xaxis,
+            *(data.qpos, data.qvel, self._links, data.xipos, data.xmat, data.xanchor, data.xaxis),
             data.qfrc_applied,
         )
 
@@ -434,13 +445,7 @@ class ContactMotion(Law):
 def add_inertia_of_contacts(
     qpos: Array,
     qvel: Array,
-    radius: Array,
-    qpos_index: Index,
-    dof: Index,
-    joint: Index,
-    body: Index,
-    below: Index,
-    mass: Array,
+    links: RollingLinks,
     centre: Array,
     turned: Array,
     anchor: Array,
@@ -450,13 +455,13 @@ def add_inertia_of_contacts(
     """Take m R theta'^2, along the normal of each flat below a link, from the forces on all beyond it.
 
     Args:
-        qpos, qvel: MuJoCo's; `qpos_index` and `dof` pick the bends, base to tip, shape (n,).
-        radius: of the arc where a joint leans to minus and to plus, shape (n, 2) [m].
-        joint, body, below: of each the joint, the link and what it rolls on, in MuJoCo, shape (n,).
-        mass, centre, turned: of MuJoCo's bodies: mass, centre of mass and orientation in the world.
+        qpos, qvel: MuJoCo's.
+        links: what rolls on what.
+        centre, turned: of MuJoCo's bodies: centre of mass and orientation in the world.
         anchor, axis: of MuJoCo's joints, in the world.
         applied: in and out: shape (nv,) [N m].
     """
+    radius, qpos_index, dof, joint, body, below, mass = links
     # what all links together up to one are accelerated by, then forces and moments from the tip down
     ax, ay, az = 0.0, 0.0, 0.0
     for k in range(body.shape[0]):

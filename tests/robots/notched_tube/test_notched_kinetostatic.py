@@ -204,7 +204,7 @@ def test_planar_solution_is_the_spatial_one() -> None:
     rows = [1.0, 2.5, 1.5]
     planar = solved(WRIST, inputs(rows, force=(0.1, 0.0, -0.1)))
     spatial = solved(WRIST, inputs(rows, force=(0.1, 1e-9, -0.1)))
-    assert planar.chains.axes == 1 != spatial.chains.axes
+    assert planar.chains.tubes.axes == 1 != spatial.chains.tubes.axes
     assert spatial.w == pytest.approx(planar.w, abs=1e-6)
     stiff = replace(WRIST, bending_axes="x")
     held = solved(stiff, inputs(rows, force=(0.1, 0.5, -0.1)))

@@ -31,7 +31,7 @@ from catheter_sim.robots.rolling.complete import (
     virtual_work,
 )
 from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
-from catheter_sim.robots.rolling.kernels import evaluate, pack, workspace
+from catheter_sim.robots.rolling.kernels import Pulls, Standing, evaluate, pack, workspace
 from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOTS = ("chest_tube_section", "chest_tube_section@prototype", "chest_tube")
@@ -126,14 +126,15 @@ def test_moments_left_are_the_same_in_three_ways(reference: str) -> None:
         by_link = reactions(chain, theta, worked.tension, acting, length)
         at_joint, above, value = np.empty((t, n)), np.empty((1, t, n)), np.empty(n)
         jacobian, lengths, work = np.empty((n, n)), length.copy(), workspace(n, t)
-        robot = packed.joint, packed.rod, packed.stiffness, t, packed.mu, 0.0, drive, kept[None], theta
-        out = at_joint, above, value, jacobian, work
-        free = evaluate(
-            *robot, lengths.copy(), acting.link, acting.point, 0.0 * acting.force, acting.tip_moment, *out
+        found = Standing(theta, lengths, at_joint, value)
+        without, loaded = (
+            Pulls(drive, acting.link, acting.point, factor * acting.force, acting.tip_moment)
+            for factor in (0.0, 1.0)
         )
-        assert not free
+        assert not evaluate(packed, 0.0, without, kept[None], theta, found, above, jacobian, work)
         assert not np.triu(jacobian, 1).any(), "without loads a joint feels nothing above it"
-        assert evaluate(*robot, lengths, acting.link, acting.point, acting.force, acting.tip_moment, *out)
+        lengths[:] = length
+        assert evaluate(packed, 0.0, loaded, kept[None], theta, found, above, jacobian, work)
         size = np.abs(worked.unbalanced).max()
         np.testing.assert_allclose(by_link.unbalanced, worked.unbalanced, atol=1e-13 * size + 1e-14)
         np.testing.assert_allclose(value, worked.unbalanced, atol=1e-13 * size + 1e-14)
