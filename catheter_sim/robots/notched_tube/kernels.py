@@ -22,7 +22,7 @@ COLUMNS = 14
 DISPLACEMENT, COMPLIANCE, PRETENSION, SCALE = range(4)
 
 
-class Tube(NamedTuple):
+class NotchedTube(NamedTuple):
     """A tube of n notches; of B tubes all but `axes` have a row for each.
 
     Attributes:
@@ -41,7 +41,7 @@ class Tube(NamedTuple):
     mu: Any
 
 
-class Loads(NamedTuple):
+class NotchLoads(NamedTuple):
     """What acts on elements: weight in the middle of the uncut piece, force and moment on the distal face.
 
     Each has shape (n, 3), in the base frame [N, N m].
@@ -264,7 +264,7 @@ def place(notch: Array, axes: int, w: Array, stretch: Array, work: tuple[Array, 
 
 
 @compiled_in_place
-def loads_beyond(notch: Array, loads: Loads, work: tuple[Array, ...]) -> bool:
+def loads_beyond(notch: Array, loads: NotchLoads, work: tuple[Array, ...]) -> bool:
     """Fill force, moment about the centroid line's upper end, and arms times forces, of all beyond a notch.
 
     Returned is whether there are any.
@@ -397,7 +397,7 @@ def tensions(
 
 @compiled_in_place
 def balance(
-    tube: Tube, bends: Bends, behind: Array, value: Array, jacobian: Array, work: tuple[Array, ...]
+    tube: NotchedTube, bends: Bends, behind: Array, value: Array, jacobian: Array, work: tuple[Array, ...]
 ) -> float:
     """Fill what is left over at every notch, its stretch eliminated, and its own part of the Jacobian.
 
@@ -458,7 +458,7 @@ def balance(
 
 @compiled_in_place
 def evaluate(
-    tube: Tube, tension: float, drive: Array, kept: Array, loads: Loads, bends: Bends,
+    tube: NotchedTube, tension: float, drive: Array, kept: Array, loads: NotchLoads, bends: Bends,
     behind: Array, value: Array, jacobian: Array, drag: float, start: Array, work: tuple[Array, ...],
 ) -> float:  # fmt: skip
     """Fill what is left of every balance and its derivative by w and the tension; return its size [N m].
@@ -554,7 +554,7 @@ def _step(
 
 @compiled_in_place
 def equilibrium(
-    tube: Tube, tension: float, drive: Array, kept: Array, loads: Loads, bends: Bends,
+    tube: NotchedTube, tension: float, drive: Array, kept: Array, loads: NotchLoads, bends: Bends,
     behind: Array, drag: float, start: Array, space: tuple[Array, ...], work: tuple[Array, ...],
 ) -> tuple[bool, float, float]:  # fmt: skip
     """Move `bends` to the equilibrium near them; return whether found, tension, what is left."""
@@ -603,8 +603,8 @@ def equilibrium(
 
 @compiled_in_place
 def let_go(
-    tube: Tube, tension: float, drive: Array, kept: Array, loads: Loads, bends: Bends, trial: Bends,
-    behind: Array, space: tuple[Array, ...], work: tuple[Array, ...],
+    tube: NotchedTube, tension: float, drive: Array, kept: Array, loads: NotchLoads, bends: Bends,
+    trial: Bends, behind: Array, space: tuple[Array, ...], work: tuple[Array, ...],
 ) -> tuple[bool, float, float]:  # fmt: skip
     """Follow a snap: creep against a drag until an equilibrium is near; return as `equilibrium` does.
 
@@ -651,7 +651,7 @@ _SHORTEST_STEP = 1e-2  # share of the way between two rows
 
 @compiled
 def _follow(
-    tube: Tube, drive: Array, drives: Array, weight: Array, element: np.ndarray, forces: Array,
+    tube: NotchedTube, drive: Array, drives: Array, weight: Array, element: np.ndarray, forces: Array,
     moments: Array, steps: np.ndarray, rows_of: Bends, tension_rows: Array, left: Array,
 ) -> int:  # fmt: skip
     """Lead one robot from rest through rows of inputs; return how many were reached. See `march`."""
@@ -667,7 +667,7 @@ def _follow(
     kept, behind = np.zeros(2 * n), np.empty(2 * n)
     force, moment = np.zeros((n, 3)), np.zeros((n, 3))
     hanging, now = np.empty((n, 3)), drive.copy()
-    loads, bends, trial = Loads(hanging, force, moment), Bends(w, stretch), Bends(w_try, stretch_try)
+    loads, bends, trial = NotchLoads(hanging, force, moment), Bends(w, stretch), Bends(w_try, stretch_try)
     by_length, tension, actuator = not math.isnan(drive[DISPLACEMENT]), 0.0, 0.0
     for row in range(rows + 1):  # the first way is to rest under the weight
         start, done, stride = max(row - 1, 0), 0.0, 1.0 / steps[row]
@@ -722,7 +722,7 @@ def _follow(
 
 @compiled
 def march(
-    tubes: Tube, drive: Array, drives: Array, weight: Array, element: np.ndarray, forces: Array,
+    tubes: NotchedTube, drive: Array, drives: Array, weight: Array, element: np.ndarray, forces: Array,
     moments: Array, steps: np.ndarray, bends: Bends, tension: Array, left: Array,
 ) -> None:  # fmt: skip
     """Lead many robots from rest, first under their weight, then through rows of inputs.
@@ -742,7 +742,7 @@ def march(
         left: filled, what no balance accounts for, (B, r) [N m].
     """
     for b in range(tubes.notch.shape[0]):
-        tube = Tube(tubes.notch[b], tubes.fibre[b], tubes.metal[b], tubes.axes, tubes.mu[b])
+        tube = NotchedTube(tubes.notch[b], tubes.fibre[b], tubes.metal[b], tubes.axes, tubes.mu[b])
         filled = Bends(bends.w[b], bends.stretch[b])
         reached = _follow(
             tube, drive[b], drives[b], weight[b], element, forces[b], moments[b], steps,

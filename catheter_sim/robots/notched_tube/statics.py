@@ -16,7 +16,7 @@ from catheter_sim.core.statics import StaticModel, StaticRun, unless
 from catheter_sim.errors import InputError
 from catheter_sim.robots.notched_tube import kernels
 from catheter_sim.robots.notched_tube.description import Notch, notches
-from catheter_sim.robots.notched_tube.kernels import Bends, Tube, faces, march, spans
+from catheter_sim.robots.notched_tube.kernels import Bends, NotchedTube, faces, march, spans
 from catheter_sim.robots.notched_tube.section import (
     closed_stiffness,
     closing_angle,
@@ -48,7 +48,7 @@ class Chains:
         mount_stiffness: (B,) [N/m].
     """
 
-    tubes: Tube
+    tubes: NotchedTube
     spatial: bool
     drive: Array
     mass: Array
@@ -71,7 +71,7 @@ def chains(robots: Sequence[NotchedTubeRobot], axes: int) -> Chains:
     drive[:, [kernels.COMPLIANCE, kernels.PRETENSION]] = [_spring(robot) for robot in robots]
     drive[:, kernels.SCALE] = 1.0 / (arm**2 / bending).sum(axis=1)
     return Chains(
-        tubes=Tube(
+        tubes=NotchedTube(
             notch=notch,
             fibre=np.array([_fibre_table(row, axes) for row in rows]),
             metal=np.array([_metal_row(robot.material, robot.stiffness_scale) for robot in robots]),

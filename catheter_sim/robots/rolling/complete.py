@@ -20,9 +20,9 @@ from catheter_sim.robots.rolling.joint import Span, active_radius
 from catheter_sim.robots.rolling.kernels import (
     LENGTH,
     REST,
+    ChainBalance,
     PackedChain,
-    Pulls,
-    Standing,
+    RodPulls,
     advance,
     follow,
     load_batch,
@@ -897,10 +897,10 @@ def solve_history(
     at_joint = np.empty((r, t, n))
     made = np.empty((int(steps.sum()), 1 + t if pre_sliding_m else 1, n))
     known = guide.made if guide is not None and alike and guide.made.shape == made.shape else made[:0]
-    acting = Pulls(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment)
+    acting = RodPulls(way.drive, way.at_rest.link, way.at_rest.point, way.force, way.tip_moment)
     reached = follow(
         *(robot, acting, steps, np.array(pre_sliding_m), known, made, 0 if after is None else 1),
-        *(angle, lengths, memory, Standing(theta, length, at_joint, value)),
+        *(angle, lengths, memory, ChainBalance(theta, length, at_joint, value)),
     )
     if reached < r:
         raise _no_equilibrium("complete", inputs, reached)
@@ -940,8 +940,8 @@ def solve_loaded(
     at_joint = np.empty((b, t, n))
     failed = load_batch(
         packed,
-        Pulls(drive, acting.link, acting.point, acting.force, acting.tip_moment),
-        Standing(theta, length, at_joint, value),
+        RodPulls(drive, acting.link, acting.point, acting.force, acting.tip_moment),
+        ChainBalance(theta, length, at_joint, value),
     )
     if failed >= 0:
         raise InputError(
@@ -1084,9 +1084,9 @@ class March:
         made = np.empty((way.steps, *self._unknown.shape[1:]))
         reached = advance(
             self.packed,
-            Pulls(self.drive, end.link, end.point, start.force, start.tip_moment),
-            Pulls(way.drive_to, end.link, end.point, end.force, end.tip_moment),
-            Standing(self.theta, self.link_length, self.at_joint, self.unbalanced),
+            RodPulls(self.drive, end.link, end.point, start.force, start.tip_moment),
+            RodPulls(way.drive_to, end.link, end.point, end.force, end.tip_moment),
+            ChainBalance(self.theta, self.link_length, self.at_joint, self.unbalanced),
             *(self.memory, self._gives, way.steps, self._unknown, made, self._work),
         )
         self.drive = way.drive_to

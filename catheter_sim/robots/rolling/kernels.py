@@ -44,7 +44,7 @@ class PackedChain(NamedTuple):
     mu: float
 
 
-class Pulls(NamedTuple):
+class RodPulls(NamedTuple):
     """What acts on a chain at one row; of a history `drive`, `force` and `moment` have a row each.
 
     Attributes:
@@ -60,7 +60,7 @@ class Pulls(NamedTuple):
     moment: Array
 
 
-class Standing(NamedTuple):
+class ChainBalance(NamedTuple):
     """An equilibrium, or the way to one; of several each array has a row for each.
 
     Attributes:
@@ -510,10 +510,10 @@ def workspace(n: int, pulled: int) -> Work:
 def evaluate(
     chain: PackedChain,
     pre_sliding_m: float,
-    acting: Pulls,
+    acting: RodPulls,
     memory: Array,
     theta: Array,
-    found: Standing,
+    found: ChainBalance,
     renewed: Array,
     jacobian: Array,
     work: Work,
@@ -653,7 +653,7 @@ _TOWARD_LIMIT = 0.9  # of the way to a closing gap that one step may go
 
 @compiled
 def find_equilibrium(
-    chain: PackedChain, acting: Pulls, memory: Array, found: Standing, renewed: Array, work: Work
+    chain: PackedChain, acting: RodPulls, memory: Array, found: ChainBalance, renewed: Array, work: Work
 ) -> bool:
     """Move `found.theta` to the equilibrium nearest to it; return whether one was found."""
     joint, theta, value = chain.joint, found.theta, found.value
@@ -700,9 +700,9 @@ def find_equilibrium(
 def find_equilibrium_by_sliding(
     chain: PackedChain,
     pre_sliding_m: float,
-    acting: Pulls,
+    acting: RodPulls,
     memory: Array,
-    found: Standing,
+    found: ChainBalance,
     renewed: Array,
     work: Work,
 ) -> bool:
@@ -752,9 +752,9 @@ _STEPS_FROM_REST = 8
 @compiled
 def advance(
     chain: PackedChain,
-    before: Pulls,
-    after: Pulls,
-    here: Standing,
+    before: RodPulls,
+    after: RodPulls,
+    here: ChainBalance,
     memory: Array,
     pre_sliding_m: Array,
     steps: int,
@@ -773,8 +773,8 @@ def advance(
     renewed, guess, lengths = np.empty_like(memory), np.empty_like(theta), np.empty_like(length)
     start, there = np.empty_like(theta), np.empty_like(after.drive)
     drive, force, moment = np.empty_like(after.drive), np.empty_like(after.force), np.empty_like(after.moment)
-    acting = Pulls(drive, after.link, after.point, force, moment)
-    trial = Standing(guess, lengths, here.at_joint, here.value)
+    acting = RodPulls(drive, after.link, after.point, force, moment)
+    trial = ChainBalance(guess, lengths, here.at_joint, here.value)
     done, stride, sliding = 0.0, 1.0 / steps, len(pre_sliding_m) > 0
     for step in range(steps):
         goal = (step + 1.0) / steps if step + 1 < steps else 1.0
@@ -830,15 +830,15 @@ def advance(
 
 
 @compiled
-def pulls_at(acting: Pulls, row: int) -> Pulls:
+def pulls_at(acting: RodPulls, row: int) -> RodPulls:
     """Return what acts at one row of a history."""
-    return Pulls(acting.drive[row], acting.link, acting.point, acting.force[row], acting.moment[row])
+    return RodPulls(acting.drive[row], acting.link, acting.point, acting.force[row], acting.moment[row])
 
 
 @compiled
 def follow(
     chain: PackedChain,
-    acting: Pulls,
+    acting: RodPulls,
     steps: np.ndarray,
     pre_sliding_m: Array,
     guide: Array,
@@ -847,7 +847,7 @@ def follow(
     angle: Array,
     lengths: Array,
     memory: Array,
-    found: Standing,
+    found: ChainBalance,
 ) -> int:
     """Go through rows of inputs, from the `first` on; return how many were reached.
 
@@ -868,7 +868,7 @@ def follow(
         end = start + steps[row]
         reached = advance(
             chain, pulls_at(acting, before), pulls_at(acting, row),
-            Standing(angle, lengths, found.at_joint[row], found.value[row]),
+            ChainBalance(angle, lengths, found.at_joint[row], found.value[row]),
             memory, pre_sliding_m, steps[row], guide[start:end], made[start:end], work,
         )  # fmt: skip
         if reached < 1.0:
@@ -880,7 +880,7 @@ def follow(
 
 
 @compiled
-def load_batch(chain: PackedChain, acting: Pulls, found: Standing) -> int:
+def load_batch(chain: PackedChain, acting: RodPulls, found: ChainBalance) -> int:
     """Solve configurations that are each loaded from rest; return the index of one that fails, or -1.
 
     `acting.drive`, shape (b, t), has a row each, the loads are the same for all; `found` is filled. Each
@@ -896,14 +896,14 @@ def load_batch(chain: PackedChain, acting: Pulls, found: Standing) -> int:
         for k in range(n):
             theta[b, k] = theta[b - 1, k] if b > 0 else joint[k, REST]
             length[b, k] = length[b - 1, k] if b > 0 else joint[k, LENGTH]
-        there = Pulls(acting.drive[b], acting.link, acting.point, acting.force, acting.moment)
-        here = Standing(theta[b], length[b], found.at_joint[b], found.value[b])
+        there = RodPulls(acting.drive[b], acting.link, acting.point, acting.force, acting.moment)
+        here = ChainBalance(theta[b], length[b], found.at_joint[b], found.value[b])
         if not find_equilibrium(chain, there, nothing, here, renewed, work):
             for k in range(n):
                 theta[b, k] = joint[k, REST]
                 length[b, k] = joint[k, LENGTH]
             memory[:] = 0.0
-            rest = Pulls(slack, acting.link, acting.point, acting.force, acting.moment)
+            rest = RodPulls(slack, acting.link, acting.point, acting.force, acting.moment)
             reached = advance(
                 chain, rest, there, here, memory, nothing_slides, _STEPS_FROM_REST, nothing_known, made, work
             )

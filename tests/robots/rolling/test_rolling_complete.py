@@ -31,7 +31,7 @@ from catheter_sim.robots.rolling.complete import (
     virtual_work,
 )
 from catheter_sim.robots.rolling.description import RollingChain, rolling_chain
-from catheter_sim.robots.rolling.kernels import Pulls, Standing, evaluate, pack, workspace
+from catheter_sim.robots.rolling.kernels import ChainBalance, RodPulls, evaluate, pack, workspace
 from catheter_sim.theory.static_models import STATIC_MODELS
 
 ROBOTS = ("chest_tube_section", "chest_tube_section@prototype", "chest_tube")
@@ -126,9 +126,9 @@ def test_moments_left_are_the_same_in_three_ways(reference: str) -> None:
         by_link = reactions(chain, theta, worked.tension, acting, length)
         at_joint, above, value = np.empty((t, n)), np.empty((1, t, n)), np.empty(n)
         jacobian, lengths, work = np.empty((n, n)), length.copy(), workspace(n, t)
-        found = Standing(theta, lengths, at_joint, value)
+        found = ChainBalance(theta, lengths, at_joint, value)
         without, loaded = (
-            Pulls(drive, acting.link, acting.point, factor * acting.force, acting.tip_moment)
+            RodPulls(drive, acting.link, acting.point, factor * acting.force, acting.tip_moment)
             for factor in (0.0, 1.0)
         )
         assert not evaluate(packed, 0.0, without, kept[None], theta, found, above, jacobian, work)
