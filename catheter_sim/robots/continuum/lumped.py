@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,10 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     LINKS_MIDDLE,
     PLANE,
     SPRING_FACTORS,
+    DiskLoads,
+    DiskStates,
+    LumpedRobot,
+    Unbalanced,
     evaluate,
     solve_eights,
     solve_rows,
@@ -128,24 +133,27 @@ def equilibria(
     force, moment = np.ascontiguousarray(loads.force_N), np.ascontiguousarray(loads.moment_N_m)
     first_share = np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9))
 
-    robot = (
+    robot = LumpedRobot(
         model, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, hole, rod.last_disk, rod.mu,
         projected,
     )  # fmt: skip
 
+    def solve_part(solve: Callable[..., None], part: slice) -> None:
+        states = (result.span_tension, result.wrench, result.p_w, result.R_w)
+        solve(
+            robot,
+            DiskLoads(tension[part], force[part], moment[part]),
+            *(first_share[part], unknowns[part]),
+            DiskStates(*(array[part] for array in states)),
+            *(result.residual[part], result.reached[part], result.steps[part]),
+        )
+
     def solve(part: slice) -> None:
-        given = tension[part], force[part], moment[part]
-        found = (
-            unknowns[part], result.span_tension[part], result.wrench[part], result.p_w[part],
-            result.R_w[part], result.residual[part], result.reached[part],
-        )  # fmt: skip
-        together = len(given[0]) // LANES * LANES
+        first, last, _ = part.indices(rows)
+        together = (last - first) // LANES * LANES
         if together:
-            solve_eights(
-                *robot, *(array[:together] for array in given), first_share[part][:together],
-                *(array[:together] for array in found), result.steps[part][:together],
-            )  # fmt: skip
-        solve_rows(*robot, *given, first_share[part], *found, result.steps[part])
+            solve_part(solve_eights, slice(first, first + together))
+        solve_part(solve_rows, part)
 
     share_out(solve, rows, threads)
     return result
@@ -254,14 +262,23 @@ def prb_printed(
     B, C = np.empty((n, 5, 3)), np.empty((n, 5, 3))
     span, wrench = np.zeros((len(rod.hole_m), n)), np.empty((n, 6))
     p_w, R_w = np.empty((n + 1, 3)), np.empty((n + 1, 3, 3))
+    frictionless = LumpedRobot(
+        LINKS,
+        may_move,
+        rod.length_m,
+        rod.bending_N_m2,
+        rod.torsion_N_m2,
+        rod.hole_m,
+        rod.last_disk,
+        0.0,
+        True,
+    )
+    acting = DiskLoads(one.tension_N[0], one.force_N[0], one.moment_N_m[0])
+    lacks, states = Unbalanced(r, D, parts, forces, swing, B, C), DiskStates(span, wrench, p_w, R_w)
 
     def printed(flat: Array) -> Array:
         x = flat.reshape(n, 5)
-        evaluate(
-            LINKS, x, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, rod.hole_m, rod.last_disk,
-            0.0, True, one.tension_N[0], one.force_N[0], one.moment_N_m[0],
-            r, D, parts, forces, swing, B, C, span, wrench, p_w, R_w, np.inf,
-        )  # fmt: skip
+        evaluate(frictionless, x, acting, lacks, states, np.inf)
         across = np.einsum("kij,ki->kj", R_w[:-1], wrench[:, 3:])[:, :2]  # M* in the base's axes
         normal = np.stack([-np.sin(x[:, PLANE]), np.cos(x[:, PLANE])], axis=1)
         result = r.copy()

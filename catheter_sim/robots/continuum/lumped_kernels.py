@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,6 +53,103 @@ SPRING_FACTORS = np.array([3.25, 2.84, 2.95])
 # ----------------------------------------------------------------------------------------------------
 # Poses, balances and elastic moments of one subsegment, compiled: an arc, or four rigid links.
 
+
+class LumpedRobot(NamedTuple):
+    """A robot of n subsegments and t tendons as the loops take it.
+
+    Attributes:
+        model: `ARC`, `LINKS` or `LINKS_MIDDLE`.
+        free: which unknowns may move, shape (n, d); the others are held at zero.
+        length, bending, torsion: of the subsegments, shape (n,).
+        hole, last: of the tendons, shapes (t, 2), (t,).
+        mu: capstan coefficient; every tendon slides toward the base.
+        projected: whether Eq. 58 is applied.
+    """
+
+    model: int
+    free: Any
+    length: Array
+    bending: Array
+    torsion: Array
+    hole: Array
+    last: Any
+    mu: float
+    projected: bool
+
+
+class DiskLoads(NamedTuple):
+    """What acts on a robot; of several rows each array has a row for each.
+
+    Attributes:
+        tension: at the base, shape (t,) [N].
+        force, moment: on disks 1 to n, base frame, shape (n, 3).
+    """
+
+    tension: Array
+    force: Array
+    moment: Array
+
+
+class DiskStates(NamedTuple):
+    """Where the disks are and what they feel; of several rows each array has a row for each.
+
+    Attributes:
+        span: tension in each span, shape (t, n) [N]; it enters the derivative as a constant.
+        wrench: force [N] and moment [N m] about the subsegment's base of what acts beyond it, base
+            frame, shape (n, 6).
+        p, R: poses of the disks, shapes (n + 1, 3), (n + 1, 3, 3).
+    """
+
+    span: Array
+    wrench: Array
+    p: Array
+    R: Array
+
+
+class Unbalanced(NamedTuple):
+    """What the balances lack, and their derivative U + B C.
+
+    Attributes:
+        r: unbalanced moment, shape (n, d) [N m].
+        D: the diagonal of U, shape (n, d, d).
+        parts: axes and axes x points by balance, force and moment by unknown, shape (4, n, d, 3).
+        loads, swing: force of the loads on disks k and beyond, shape (n + 2, 3), and G with a turn w of
+            these loads adding -G w to their moment about the origin, shape (n + 2, 3, 3).
+        B, C: the effect of turning the loads against the tip, and the tip's turn by the unknowns, (n, d, 3).
+    """
+
+    r: Array
+    D: Array
+    parts: Array
+    loads: Array
+    swing: Array
+    B: Array
+    C: Array
+
+
+class Piece(NamedTuple):
+    """What one subsegment with d unknowns does, in the frame of its base.
+
+    Attributes:
+        p, R: pose of its end, shapes (3,) [m] and (3, 3).
+        spin, drift: angular velocity and velocity of its end by unknown, shape (d, 3).
+        axis, point: of each balance, shape (d, 3).
+        daxis, dpoint: their derivatives, shape (d, d, 3) (balance, unknown).
+        law, dlaw: elastic moment and its derivative, shapes (d,) and (d, d).
+    """
+
+    p: Array
+    R: Array
+    spin: Array
+    drift: Array
+    axis: Array
+    point: Array
+    daxis: Array
+    dpoint: Array
+    law: Array
+    dlaw: Array
+
+
 _SMALL_RAD2 = 0.3  # squared angle below which the series is exact to the last bits
 
 
@@ -96,27 +193,14 @@ def arc(
     length: float,
     bending: float,
     torsion: float,
-    p: Array,
-    R: Array,
-    spin: Array,
-    drift: Array,
-    axis: Array,
-    point: Array,
-    daxis: Array,
-    dpoint: Array,
-    law: Array,
-    dlaw: Array,
+    piece: Piece,
 ) -> None:
     """Write one subsegment of CC_sub: bends toward +x and +y, and twist, `x`, shape (3,) [rad].
-
-    Written: the pose `p`, `R` of its end in the frame of its base; by unknown the angular velocity
-    `spin` and velocity `drift` of its end, shape (d, 3); by balance the axis and the point,
-    shape (d, 3), their derivatives, shape (d, d, 3) (balance, unknown), and the elastic moment with
-    its derivative, shapes (d,) and (d, d).
 
     Rao 2021, Eqs. 43-47: moments about the subsegment's base, twisting moment along its end's normal.
     Eq. 43 is resolved along the axes of the arc's end, so that a twist that is locked drops out.
     """
+    p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw = piece
     bx, by, twist = x[0], x[1], x[2]
     t2 = bx * bx + by * by
     sine, versine, third, dversine = _arc_factors(t2)
@@ -160,16 +244,7 @@ def links(
     length: float,
     bending: float,
     torsion: float,
-    p: Array,
-    R: Array,
-    spin: Array,
-    drift: Array,
-    axis: Array,
-    point: Array,
-    daxis: Array,
-    dpoint: Array,
-    law: Array,
-    dlaw: Array,
+    piece: Piece,
 ) -> None:
     """Write one subsegment of PRB: three joints, plane and twist, `x`, shape (5,) [rad]; as `arc`.
 
@@ -179,6 +254,7 @@ def links(
     `LINKS_MIDDLE`: plane balanced at the middle joint along the mean of base's and end's directions,
     twist at the end.
     """
+    p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw = piece
     sine, cosine = sine_cosine(x[3])
     y, z, here = room((3,), x), room((3,), x), room((3,), x)
     normal, arm = room((3,), x), room((3,), x)
@@ -258,23 +334,12 @@ def subsegment(
     length: float,
     bending: float,
     torsion: float,
-    p: Array,
-    R: Array,
-    spin: Array,
-    drift: Array,
-    axis: Array,
-    point: Array,
-    daxis: Array,
-    dpoint: Array,
-    law: Array,
-    dlaw: Array,
+    piece: Piece,
 ) -> None:
     if model == ARC:
-        arc(x, length, bending, torsion, p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw)
+        arc(x, length, bending, torsion, piece)
     else:
-        links(
-            model, x, length, bending, torsion, p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw
-        )  # fmt: skip
+        links(model, x, length, bending, torsion, piece)
 
 
 @compiled
@@ -284,14 +349,15 @@ def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
     step, turn = room((3,), x), room((3, 3), x)
     by_unknown, by_balance = room((2, d, 3), x), room((2, d, 3), x)
     by_both, law, dlaw = room((2, d, d, 3), x), room((d,), x), room((d, d), x)
+    piece = Piece(
+        step, turn, by_unknown[0], by_unknown[1], by_balance[0], by_balance[1], by_both[0], by_both[1],
+        law, dlaw,
+    )  # fmt: skip
     fill(p[0], 0.0)
     fill(R[0], 0.0)
     R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0
     for k in range(len(x)):
-        subsegment(
-            model, x[k], length[k], 1.0, 1.0, step, turn, by_unknown[0], by_unknown[1],
-            by_balance[0], by_balance[1], by_both[0], by_both[1], law, dlaw,
-        )  # fmt: skip
+        subsegment(model, x[k], length[k], 1.0, 1.0, piece)
         turned(R[k], step, p[k + 1])
         add3(p[k], p[k + 1])
         product3(R[k], turn, R[k + 1])
@@ -303,10 +369,7 @@ def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
 
 @inlined
 def tendon_forces(
-    hole: Array,
-    last: Any,
-    mu: float,
-    projected: bool,
+    robot: LumpedRobot,
     tension: Array,
     p: Array,
     R: Array,
@@ -320,14 +383,14 @@ def tendon_forces(
     """Write where tendons run and how they pull, and add their forces on the disks.
 
     Args:
-        hole, last, mu, projected, tension: as of `balance.evaluate`.
-        p, R: poses of the disks, shapes (n + 1, 3), (n + 1, 3, 3).
+        tension, p, R: as of `DiskLoads` and `DiskStates`.
         h: out: positions of the holes, shape (t, n + 1, 3) [m].
         u, size: out: direction and length of span j, from disk j - 1 to disk j; at j = 0 the base's axis and
             1, shapes (t, n + 1, 3) and (t, n + 1).
         span: out: tension in each span, shape (t, n) [N].
         total, turning: in and out: force on each disk and its moment about the origin, shape (n + 2, 3).
     """
+    hole, last, mu, projected = robot.hole, robot.last, robot.mu, robot.projected
     count = len(hole)
     F = room((3,), p)
     for t in range(count):
@@ -369,7 +432,7 @@ def sum_beyond(
     """Add the loads and sum up, from the tip on, what acts on each disk and beyond.
 
     Args:
-        p, force, moment, loads, swing: as of `balance.evaluate`.
+        p, force, moment, loads, swing: as of `evaluate`.
         total, turning: in: force and moment about the origin of the tendons on each disk; out: of tendons and
             loads on that disk and beyond, shape (n + 2, 3).
     """
@@ -420,7 +483,7 @@ def turn_loads(R: Array, here: Array, own: Array, loads: Array, swing: Array, B:
         here: angular velocity and velocity by the unknowns, axis and point of the balances in the
             subsegments' own frames, shape (n, 4, d, 3).
         own: the same in the base frame, shape (4, n, d, 3); the first two are written here.
-        R, loads, swing, B, C: as of `balance.evaluate`.
+        R, loads, swing, B, C: as of `evaluate`.
     """
     n, d = B.shape[0], B.shape[1]
     spin, axis, point = own[0], own[2], own[3]
@@ -442,36 +505,29 @@ def turn_loads(R: Array, here: Array, own: Array, loads: Array, swing: Array, B:
 
 @inlined
 def derive_own(
-    hole: Array,
-    last: Any,
-    projected: bool,
+    robot: LumpedRobot,
     p: Array,
     R: Array,
     here: Array,
     own: Array,
-    daxis: Array,
-    dpoint: Array,
-    dlaw: Array,
-    h: Array,
-    u: Array,
-    size: Array,
-    span: Array,
-    total: Array,
-    turning: Array,
-    loads: Array,
-    swing: Array,
-    D: Array,
-    parts: Array,
+    slopes: tuple[Array, Array, Array],
+    pulls: tuple[Array, Array, Array, Array],
+    sums: tuple[Array, Array],
+    lacks: Unbalanced,
 ) -> None:
     """Write U: unknown i of subsegment k turns all beyond disk k about p[k + 1], loads included.
 
     Args:
         here, own: as of `turn_loads`.
-        daxis, dpoint, dlaw: derivatives of the balances' axes, points and elastic moments by the unknowns, in
-            the subsegments' own frames, shapes (n, d, d, 3), (n, d, d, 3), and (n, d, d).
-        h, u, size: as `forces.tendon_forces` left them; total, turning: as `forces.sum_beyond` did.
-        hole, last, projected, p, R, span, loads, swing, D, parts: as of `balance.evaluate`.
+        slopes: derivatives of the balances' axes, points and elastic moments by the unknowns, in the
+            subsegments' own frames, shapes (n, d, d, 3), (n, d, d, 3), and (n, d, d).
+        pulls: h, u, size and span as `tendon_forces` left them; sums: as `sum_beyond` left its last two.
     """
+    hole, last, projected = robot.hole, robot.last, robot.projected
+    daxis, dpoint, dlaw = slopes
+    h, u, size, span = pulls
+    total, turning = sums
+    _, D, parts, loads, swing, _, _ = lacks
     count, n, d = len(hole), D.shape[0], D.shape[1]
     spin, drift, axis, point = own[0], own[1], own[2], own[3]
     F, M = room((3,), D), room((3,), D)
@@ -548,10 +604,10 @@ def derive_own(
 
 
 @inlined
-def hold_locked(
-    model: int, free: Any, length: Array, bending: Array, D: Array, B: Array, parts: Array
-) -> None:
-    """Hold what may not move, and the bending planes of unloaded subsegments; arguments as of `evaluate`."""
+def hold_locked(robot: LumpedRobot, lacks: Unbalanced) -> None:
+    """Hold what may not move, and the bending planes of unloaded subsegments."""
+    model, free, length, bending = robot.model, robot.free, robot.length, robot.bending
+    _, D, parts, _, _, B, _ = lacks
     n, d = D.shape[0], D.shape[1]
     axes, levers = parts[0], parts[1]
     for k in range(n):
@@ -573,26 +629,24 @@ def hold_locked(
 
 @inlined
 def _balances(
+    robot: LumpedRobot,
     x: Array,
-    free: Any,
-    length: Array,
-    bending: Array,
-    p: Array,
-    axis: Array,
-    point: Array,
+    own: Array,
     law: Array,
-    total: Array,
-    turning: Array,
+    sums: tuple[Array, Array],
+    p: Array,
     r: Array,
     wrench: Array,
 ) -> float:
     """Write the unbalanced moments and the wrenches; return the largest moment over EI / length [rad].
 
     Args:
-        axis, point, law: of the balances in the base frame, shapes (n, d, 3), (n, d, 3), and (n, d).
-        total, turning: as `forces.sum_beyond` left them.
-        x, free, length, bending, p, r, wrench: as of `evaluate`.
+        own: axes and points of the balances in the base frame, as of `turn_loads`; law: shape (n, d).
+        sums: as of `derive_own`. x, p, r, wrench: as of `evaluate`.
     """
+    free, length, bending = robot.free, robot.length, robot.bending
+    axis, point = own[2], own[3]
+    total, turning = sums
     n, d = x.shape
     M = room((3,), x)
     for k in range(n):
@@ -617,59 +671,18 @@ def _balances(
 
 @compiled
 def evaluate(
-    model: int,
-    x: Array,
-    free: Any,
-    length: Array,
-    bending: Array,
-    torsion: Array,
-    hole: Array,
-    last: Any,
-    mu: float,
-    projected: bool,
-    tension: Array,
-    force: Array,
-    moment: Array,
-    r: Array,
-    D: Array,
-    parts: Array,
-    loads: Array,
-    swing: Array,
-    B: Array,
-    C: Array,
-    span: Array,
-    wrench: Array,
-    p: Array,
-    R: Array,
-    enough: float,
+    robot: LumpedRobot, x: Array, acting: DiskLoads, lacks: Unbalanced, found: DiskStates, enough: float
 ) -> float:
-    """Write the balances and their derivative at the unknowns `x`, shape (n, d).
+    """Write the balances and their derivative, and the states, at the unknowns `x`, shape (n, d) [rad].
 
-    Args:
-        model: `ARC` or `LINKS`.
-        x: unknowns [rad].
-        free: which of them may move, shape (n, d); the others are held at zero.
-        length, bending, torsion: of the subsegments, shape (n,).
-        hole, last: of the tendons, shapes (t, 2), (t,).
-        mu: capstan coefficient; every tendon slides toward the base.
-        projected: whether Eq. 58 is applied.
-        tension: at the base, shape (t,) [N].
-        force, moment: on disks 1 to n, base frame, shape (n, 3).
-        r: unbalanced moment, shape (n, d) [N m].
-        D: the diagonal of U, shape (n, d, d).
-        parts: axes and axes x points by balance, force and moment by unknown, shape (4, n, d, 3).
-        loads, swing: force of the loads on disks k and beyond, shape (n + 2, 3), and G with a turn w of
-            these loads adding -G w to their moment about the origin, shape (n + 2, 3, 3).
-        B, C: see the text of `derivative`, shapes (n, d, 3).
-        span: tension in each span, shape (t, n) [N]; it enters the derivative as a constant.
-        wrench: force [N] and moment [N m] about the subsegment's base of what acts beyond it, base
-            frame, shape (n, 6).
-        p, R: poses of the disks, shapes (n + 1, 3), (n + 1, 3, 3).
-        enough: where nothing is further from balance than this, the derivative is left out [rad].
+    Where nothing is further from balance than `enough` [rad], the derivative is left out.
 
     Returns:
         The largest unbalanced moment over EI / length [rad].
     """
+    model, _, length, bending, torsion, hole, _, _, _ = robot
+    _, _, _, loads, swing, B, C = lacks
+    span, wrench, p, R = found
     n, d = x.shape
     count = len(hole)
     step, turn = room((3,), x), room((3, 3), x)
@@ -682,10 +695,10 @@ def evaluate(
     R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0
     for k in range(n):
         stiffness = torsion[k] if math.isfinite(torsion[k]) else 0.0
-        subsegment(
-            model, x[k], length[k], bending[k], stiffness, step, turn, here[k, 0], here[k, 1],
-            here[k, 2], here[k, 3], daxis[k], dpoint[k], law[k], dlaw[k],
-        )  # fmt: skip
+        piece = Piece(
+            step, turn, here[k, 0], here[k, 1], here[k, 2], here[k, 3], daxis[k], dpoint[k], law[k], dlaw[k]
+        )
+        subsegment(model, x[k], length[k], bending[k], stiffness, piece)
         turned(R[k], step, p[k + 1])
         add3(p[k], p[k + 1])
         product3(R[k], turn, R[k + 1])
@@ -693,7 +706,6 @@ def evaluate(
             for which in range(2, 4):
                 turned(R[k], here[k, which, e], own[which, k, e])
             add3(p[k], own[3, k, e])
-    axis, point = own[2], own[3]
 
     h, u, size = room((count, n + 1, 3), x), room((count, n + 1, 3), x), room((count, n + 1), x)
     total, turning = room((n + 2, 3), x), room((n + 2, 3), x)
@@ -703,17 +715,15 @@ def evaluate(
     fill(size, 1.0)
     fill(total, 0.0)
     fill(turning, 0.0)
-    tendon_forces(hole, last, mu, projected, tension, p, R, h, u, size, span, total, turning)
-    sum_beyond(p, force, moment, total, turning, loads, swing)
-    norm = _balances(x, free, length, bending, p, axis, point, law, total, turning, r, wrench)
+    tendon_forces(robot, acting.tension, p, R, h, u, size, span, total, turning)
+    sum_beyond(p, acting.force, acting.moment, total, turning, loads, swing)
+    norm = _balances(robot, x, own, law, (total, turning), p, lacks.r, wrench)
     if all_less(norm, enough):
         return norm
     turn_loads(R, here, own, loads, swing, B, C)
-    derive_own(
-        hole, last, projected, p, R, here, own, daxis, dpoint, dlaw, h, u, size, span, total, turning,
-        loads, swing, D, parts,
-    )  # fmt: skip
-    hold_locked(model, free, length, bending, D, B, parts)
+    slopes, pulls = (daxis, dpoint, dlaw), (h, u, size, span)
+    derive_own(robot, p, R, here, own, slopes, pulls, (total, turning), lacks)
+    hold_locked(robot, lacks)
     return norm
 
 
@@ -729,13 +739,9 @@ _SHORTEST_SHARE = 1e-3  # of the load
 
 
 @compiled
-def newton_step(
-    r: Array, D: Array, parts: Array, loads: Array, swing: Array, B: Array, C: Array, step: Array
-) -> None:
-    """Write the solution of (U + B C) step = -r, NaN where there is none; D is used up.
-
-    Arguments as of `balance.evaluate`.
-    """
+def newton_step(lacks: Unbalanced, step: Array) -> None:
+    """Write the solution of (U + B C) step = -r, NaN where there is none; D is used up."""
+    r, D, parts, loads, swing, B, C = lacks
     n, d = r.shape
     axes, levers, by_force, by_moment = parts[0], parts[1], parts[2], parts[3]
     y = room((n, d, 4), r)
@@ -795,36 +801,23 @@ def _straighten(model: int, x: Array) -> None:
 
 @compiled
 def solve_rows(
-    model: int,
-    free: Any,
-    length: Array,
-    bending: Array,
-    torsion: Array,
-    hole: Array,
-    last: Any,
-    mu: float,
-    projected: bool,
-    tension: Array,
-    force: Array,
-    moment: Array,
+    robot: LumpedRobot,
+    acting: DiskLoads,
     first_share: Array,
     x: Array,
-    span: Array,
-    wrench: Array,
-    p: Array,
-    R: Array,
+    found: DiskStates,
     residual: Array,
     reached: Array,
     steps: Any,
 ) -> None:
-    """Solve r rows; arguments as of `evaluate` with rows in front.
+    """Solve r rows.
 
     Where Newton's method fails at the full load, the load is raised from zero in steps that halve
     where it fails and double where it does not; no row reads another, so that their order is nothing.
 
     Args:
         first_share: of the load, with which to begin, shape (r,); below 1: begin at the straight robot.
-        x: a guess, overwritten by the unknowns, shape (r, n, d) [rad]; likewise `span` to `R`.
+        x: a guess, overwritten by the unknowns, shape (r, n, d) [rad]; `found` is filled.
         residual: largest unbalanced moment, shape (r,) [N m].
         reached: share of the load at which there is balance, shape (r,); below 1: no equilibrium was
             found, and the row's posture is none. Rows that have 1 already are left as they are.
@@ -835,10 +828,11 @@ def solve_rows(
     D, parts = room((n, d, d), x), room((4, n, d, 3), x)
     loads, swing = room((n + 2, 3), x), room((n + 2, 3, 3), x)
     step, good = room((n, d), x), room((n, d), x)
+    model, lacks = robot.model, Unbalanced(r, D, parts, loads, swing, B, C)
     for row in range(rows):
         if reached[row] == 1.0:
             continue
-        now = x[row]
+        now, there = x[row], DiskStates(found.span[row], found.wrench[row], found.p[row], found.R[row])
         good[:] = now
         if first_share[row] < 1.0:
             _straighten(model, good)
@@ -848,14 +842,13 @@ def solve_rows(
             now[:] = good
             norm = np.inf
             for _ in range(_MOST_STEPS):
-                norm = evaluate(
-                    model, now, free, length, bending, torsion, hole, last, mu, projected,
-                    part * tension[row], part * force[row], part * moment[row],
-                    r, D, parts, loads, swing, B, C, span[row], wrench[row], p[row], R[row], TOLERANCE_RAD,
-                )  # fmt: skip
+                raised = DiskLoads(
+                    part * acting.tension[row], part * acting.force[row], part * acting.moment[row]
+                )
+                norm = evaluate(robot, now, raised, lacks, there, TOLERANCE_RAD)
                 if norm < TOLERANCE_RAD:
                     break
-                newton_step(r, D, parts, loads, swing, B, C, step)
+                newton_step(lacks, step)
                 longest = largest_size(step)
                 if not longest < _ABSURD_STEP_RAD:
                     norm = np.inf
@@ -882,7 +875,7 @@ def solve_rows(
 # ----------------------------------------------------------------------------------------------------
 # Eight rows of a lumped robot solved together, compiled: Newton's method at the full load.
 #
-# `newton.solve_rows` solves a row by itself; here the same balances are evaluated for eight rows at once. A
+# `solve_rows` solves a row by itself; here the same balances are evaluated for eight rows at once. A
 # row that is balanced stays as it is while the others go on. Rows that do not get there soon are left to
 # `solve_rows`, which raises their loads in steps.
 
@@ -900,35 +893,22 @@ def _spread(rows: Array, start: int, out: Array) -> None:
 
 @compiled
 def solve_eights(
-    model: int,
-    free: Any,
-    length: Array,
-    bending: Array,
-    torsion: Array,
-    hole: Array,
-    last: Any,
-    mu: float,
-    projected: bool,
-    tension: Array,
-    force: Array,
-    moment: Array,
+    robot: LumpedRobot,
+    acting: DiskLoads,
     first_share: Array,
     x: Array,
-    span: Array,
-    wrench: Array,
-    p: Array,
-    R: Array,
+    found: DiskStates,
     residual: Array,
     reached: Array,
     steps: Any,
 ) -> None:
-    """Solve r rows, a multiple of LANES; arguments as of `newton.solve_rows`.
+    """Solve r rows, a multiple of LANES; arguments as of `solve_rows`.
 
     Args:
         reached: result; 1.0: balanced; else the row is left as it was, to be solved by itself.
     """
     rows, n, d = x.shape
-    count = len(hole)
+    count = len(robot.hole)
     pulls, forces, moments = (
         floats_of_eights((count,)), floats_of_eights((n, 3)), floats_of_eights((n, 3)),
     )  # fmt: skip
@@ -943,6 +923,9 @@ def solve_eights(
     D, parts = room((n, d, d), now), room((4, n, d, 3), now)
     loads, swing = room((n + 2, 3), now), room((n + 2, 3, 3), now)
     step = room((n, d), now)
+    lacks = Unbalanced(r, D, parts, loads, swing, B, C)
+    of_eights = DiskLoads(eights(pulls), eights(forces), eights(moments))
+    there = DiskStates(eights(spans), eights(wrenches), eights(places), eights(turns))
     fill(spans, 0.0)
     for start in range(0, rows, LANES):
         at_once = True
@@ -950,19 +933,15 @@ def solve_eights(
             at_once = at_once and first_share[start + i] == 1.0
         if not at_once:  # their loads are raised in steps
             continue
-        _spread(tension, start, pulls)
-        _spread(force, start, forces)
-        _spread(moment, start, moments)
+        _spread(acting.tension, start, pulls)
+        _spread(acting.force, start, forces)
+        _spread(acting.moment, start, moments)
         _spread(x, start, guess)
         for rounds in range(_MOST_ROUNDS):
-            norm = evaluate(
-                model, now, free, length, bending, torsion, hole, last, mu, projected,
-                eights(pulls), eights(forces), eights(moments), r, D, parts, loads, swing, B, C,
-                eights(spans), eights(wrenches), eights(places), eights(turns), TOLERANCE_RAD,
-            )  # fmt: skip
+            norm = evaluate(robot, now, of_eights, lacks, there, TOLERANCE_RAD)
             if all_less(norm, TOLERANCE_RAD) or rounds + 1 == _MOST_ROUNDS:
                 break
-            newton_step(r, D, parts, loads, swing, B, C, step)
+            newton_step(lacks, step)
             longest = 0.0 * norm
             for k in range(n):
                 for e in range(d):
@@ -979,10 +958,10 @@ def solve_eights(
             reached[row] = 1.0
             steps[row] = 1
             take_lane(guess, i, x[row])
-            take_lane(spans, i, span[row])
-            take_lane(wrenches, i, wrench[row])
-            take_lane(places, i, p[row])
-            take_lane(turns, i, R[row])
+            take_lane(spans, i, found.span[row])
+            take_lane(wrenches, i, found.wrench[row])
+            take_lane(places, i, found.p[row])
+            take_lane(turns, i, found.R[row])
             residual[row] = 0.0
             for k in range(n):
                 for e in range(d):
