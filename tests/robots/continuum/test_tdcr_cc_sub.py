@@ -32,6 +32,10 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     DEGREES,
     LINKS,
     LINKS_MIDDLE,
+    DiskLoads,
+    DiskStates,
+    LumpedRobot,
+    Unbalanced,
     evaluate,
     newton_step,
 )
@@ -152,19 +156,21 @@ def test_newton_step_is_by_the_difference_quotient(model):
         r, D, parts = np.empty((n, d)), np.empty((n, d, d)), np.empty((4, n, d, 3))
         loads, swing = np.empty((n + 2, 3)), np.empty((n + 2, 3, 3))
         B, C = np.empty((n, d, 3)), np.empty((n, d, 3))
-        evaluate(
-            model, unknowns, free(body, model), body.length_m, body.bending_N_m2, body.torsion_N_m2,
-            body.hole_m, body.last_disk, 0.0, True, np.array([5.0, 1.0, 3.0, 2.0]), force, moment,
-            r, D, parts, loads, swing, B, C, np.zeros((4, n)), np.empty((n, 6)), np.empty((n + 1, 3)),
-            np.empty((n + 1, 3, 3)), 0.0,
+        lacks = Unbalanced(r, D, parts, loads, swing, B, C)
+        robot = LumpedRobot(
+            model, free(body, model), body.length_m, body.bending_N_m2, body.torsion_N_m2,
+            body.hole_m, body.last_disk, 0.0, True,
         )  # fmt: skip
-        return r, (D, parts, loads, swing, B, C)
+        found = DiskStates(np.zeros((4, n)), np.empty((n, 6)), np.empty((n + 1, 3)), np.empty((n + 1, 3, 3)))
+        acting = DiskLoads(np.array([5.0, 1.0, 3.0, 2.0]), force, moment)
+        evaluate(robot, unknowns, acting, lacks, found, 0.0)
+        return lacks
 
     shift = 1e-6 * np.eye(n * d).reshape(-1, n, d)
-    numeric = np.stack([(at(x + one)[0] - at(x - one)[0]).ravel() / 2e-6 for one in shift], axis=1)
+    numeric = np.stack([(at(x + one).r - at(x - one).r).ravel() / 2e-6 for one in shift], axis=1)
     for unbalanced in rng.normal(size=(5, n, d)):
         step = np.empty((n, d))
-        newton_step(unbalanced, *at(x)[1], step)
+        newton_step(at(x)._replace(r=unbalanced), step)
         left = numeric @ step.ravel() + unbalanced.ravel()
         np.testing.assert_allclose(left, 0.0, atol=1e-8 * np.abs(numeric).max() * np.abs(step).max())
 
