@@ -22,7 +22,7 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     SPRING_FACTORS,
     DiskLoads,
     DiskStates,
-    LumpedRobot,
+    LumpedRod,
     Unbalanced,
     evaluate,
     solve_eights,
@@ -133,7 +133,7 @@ def equilibria(
     force, moment = np.ascontiguousarray(loads.force_N), np.ascontiguousarray(loads.moment_N_m)
     first_share = np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9))
 
-    robot = LumpedRobot(
+    robot = LumpedRod(
         model, may_move, rod.length_m, rod.bending_N_m2, rod.torsion_N_m2, hole, rod.last_disk, rod.mu,
         projected,
     )  # fmt: skip
@@ -262,7 +262,7 @@ def prb_printed(
     B, C = np.empty((n, 5, 3)), np.empty((n, 5, 3))
     span, wrench = np.zeros((len(rod.hole_m), n)), np.empty((n, 6))
     p_w, R_w = np.empty((n + 1, 3)), np.empty((n + 1, 3, 3))
-    frictionless = LumpedRobot(
+    frictionless = LumpedRod(
         LINKS,
         may_move,
         rod.length_m,

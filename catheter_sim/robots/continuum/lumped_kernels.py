@@ -54,7 +54,7 @@ SPRING_FACTORS = np.array([3.25, 2.84, 2.95])
 # Poses, balances and elastic moments of one subsegment, compiled: an arc, or four rigid links.
 
 
-class LumpedRobot(NamedTuple):
+class LumpedRod(NamedTuple):
     """A robot of n subsegments and t tendons as the loops take it.
 
     Attributes:
@@ -127,7 +127,7 @@ class Unbalanced(NamedTuple):
     C: Array
 
 
-class Piece(NamedTuple):
+class LumpedPiece(NamedTuple):
     """What one subsegment with d unknowns does, in the frame of its base.
 
     Attributes:
@@ -193,7 +193,7 @@ def arc(
     length: float,
     bending: float,
     torsion: float,
-    piece: Piece,
+    piece: LumpedPiece,
 ) -> None:
     """Write one subsegment of CC_sub: bends toward +x and +y, and twist, `x`, shape (3,) [rad].
 
@@ -244,7 +244,7 @@ def links(
     length: float,
     bending: float,
     torsion: float,
-    piece: Piece,
+    piece: LumpedPiece,
 ) -> None:
     """Write one subsegment of PRB: three joints, plane and twist, `x`, shape (5,) [rad]; as `arc`.
 
@@ -334,7 +334,7 @@ def subsegment(
     length: float,
     bending: float,
     torsion: float,
-    piece: Piece,
+    piece: LumpedPiece,
 ) -> None:
     if model == ARC:
         arc(x, length, bending, torsion, piece)
@@ -349,7 +349,7 @@ def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
     step, turn = room((3,), x), room((3, 3), x)
     by_unknown, by_balance = room((2, d, 3), x), room((2, d, 3), x)
     by_both, law, dlaw = room((2, d, d, 3), x), room((d,), x), room((d, d), x)
-    piece = Piece(
+    piece = LumpedPiece(
         step, turn, by_unknown[0], by_unknown[1], by_balance[0], by_balance[1], by_both[0], by_both[1],
         law, dlaw,
     )  # fmt: skip
@@ -369,7 +369,7 @@ def frames(model: int, x: Array, length: Array, p: Array, R: Array) -> None:
 
 @inlined
 def tendon_forces(
-    robot: LumpedRobot,
+    robot: LumpedRod,
     tension: Array,
     p: Array,
     R: Array,
@@ -505,7 +505,7 @@ def turn_loads(R: Array, here: Array, own: Array, loads: Array, swing: Array, B:
 
 @inlined
 def derive_own(
-    robot: LumpedRobot,
+    robot: LumpedRod,
     p: Array,
     R: Array,
     here: Array,
@@ -604,7 +604,7 @@ def derive_own(
 
 
 @inlined
-def hold_locked(robot: LumpedRobot, lacks: Unbalanced) -> None:
+def hold_locked(robot: LumpedRod, lacks: Unbalanced) -> None:
     """Hold what may not move, and the bending planes of unloaded subsegments."""
     model, free, length, bending = robot.model, robot.free, robot.length, robot.bending
     _, D, parts, _, _, B, _ = lacks
@@ -629,7 +629,7 @@ def hold_locked(robot: LumpedRobot, lacks: Unbalanced) -> None:
 
 @inlined
 def _balances(
-    robot: LumpedRobot,
+    robot: LumpedRod,
     x: Array,
     own: Array,
     law: Array,
@@ -671,7 +671,7 @@ def _balances(
 
 @compiled
 def evaluate(
-    robot: LumpedRobot, x: Array, acting: DiskLoads, lacks: Unbalanced, found: DiskStates, enough: float
+    robot: LumpedRod, x: Array, acting: DiskLoads, lacks: Unbalanced, found: DiskStates, enough: float
 ) -> float:
     """Write the balances and their derivative, and the states, at the unknowns `x`, shape (n, d) [rad].
 
@@ -695,7 +695,7 @@ def evaluate(
     R[0, 0, 0] = R[0, 1, 1] = R[0, 2, 2] = 1.0
     for k in range(n):
         stiffness = torsion[k] if math.isfinite(torsion[k]) else 0.0
-        piece = Piece(
+        piece = LumpedPiece(
             step, turn, here[k, 0], here[k, 1], here[k, 2], here[k, 3], daxis[k], dpoint[k], law[k], dlaw[k]
         )
         subsegment(model, x[k], length[k], bending[k], stiffness, piece)
@@ -801,7 +801,7 @@ def _straighten(model: int, x: Array) -> None:
 
 @compiled
 def solve_rows(
-    robot: LumpedRobot,
+    robot: LumpedRod,
     acting: DiskLoads,
     first_share: Array,
     x: Array,
@@ -893,7 +893,7 @@ def _spread(rows: Array, start: int, out: Array) -> None:
 
 @compiled
 def solve_eights(
-    robot: LumpedRobot,
+    robot: LumpedRod,
     acting: DiskLoads,
     first_share: Array,
     x: Array,

@@ -34,7 +34,7 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     LINKS_MIDDLE,
     DiskLoads,
     DiskStates,
-    LumpedRobot,
+    LumpedRod,
     Unbalanced,
     evaluate,
     newton_step,
@@ -157,7 +157,7 @@ def test_newton_step_is_by_the_difference_quotient(model):
         loads, swing = np.empty((n + 2, 3)), np.empty((n + 2, 3, 3))
         B, C = np.empty((n, d, 3)), np.empty((n, d, 3))
         lacks = Unbalanced(r, D, parts, loads, swing, B, C)
-        robot = LumpedRobot(
+        robot = LumpedRod(
             model, free(body, model), body.length_m, body.bending_N_m2, body.torsion_N_m2,
             body.hole_m, body.last_disk, 0.0, True,
         )  # fmt: skip
