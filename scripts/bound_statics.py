@@ -20,7 +20,7 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -119,6 +119,22 @@ def counted(values: Any) -> Any:
     return result
 
 
+def all_counted(value: Any) -> Any:
+    """Return arrays of numbers, in named tuples too, as those of `Counted`."""
+    if isinstance(value, tuple):
+        return type(value)(*map(all_counted, value))
+    return counted(value) if isinstance(value, np.ndarray) and value.dtype == float else value
+
+
+def hand_on(answers: Sequence[Any], given_arrays: Sequence[Any]) -> None:
+    """Fill arrays with the numbers of those that `all_counted` made of them."""
+    for answer, given_array in zip(answers, given_arrays, strict=True):
+        if isinstance(answer, tuple):
+            hand_on(answer, given_array)
+        elif given_array is not answer:
+            given_array[...] = answer.astype(float)
+
+
 def rows_of(rows: int) -> tuple[Any, RodLoad]:
     """Return the robot and the first rows of the batch of `benchmark_statics`."""
     robot = problem(spacer_disk())
@@ -134,11 +150,9 @@ def count(name: str) -> float:
 
     def solve(*arguments: Any) -> None:
         """Solve with numbers that count, and hand on the answers."""
-        numbers = [counted(a) if isinstance(a, np.ndarray) and a.dtype == float else a for a in arguments]
+        numbers = [all_counted(argument) for argument in arguments]
         plain(*numbers)
-        for given_array, answer in zip(arguments, numbers, strict=True):
-            if given_array is not answer:
-                given_array[...] = answer.astype(float)
+        hand_on(numbers, arguments)
 
     setattr(where, solver, solve)
     Counted.total = 0
