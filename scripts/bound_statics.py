@@ -169,7 +169,7 @@ def count(name: str) -> float:
 def _one_by_one(*arguments: Any) -> None:
     """Stand in for `sections.sections`, which fills eight lanes: section after section, on plain numbers."""
     workspace = counted(np.zeros(TENDONS + 3 * len(arguments[2])))
-    rod_sections.sections_of_eights(*arguments[:8], workspace, *arguments[9:])
+    rod_sections.sections_of_eights(*arguments[:7], workspace, *arguments[8:])
 
 
 def count_all() -> None:

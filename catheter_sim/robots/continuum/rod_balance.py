@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from catheter_sim.robots.continuum.rod_sections import (
     LENGTH,
     LUMENS,
     TENDONS,
+    SectionEnds,
     add_path_forces,
     path_direction,
     sections,
@@ -37,6 +39,56 @@ from catheter_sim.robots.continuum.rod_sections import (
     start_laws,
     strain_of,
 )
+
+
+class TendonRod(NamedTuple):
+    """A rod of n sections and t tendons as the loops take it.
+
+    Attributes:
+        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
+        rough, fine: sections' data with few and many integration steps, shape (n, 8); the first serves on the
+            way and for the derivatives.
+        hole: shape (t, 2) [m].
+        last: number of the disk where each tendon ends, shape (t,).
+        mu: capstan coefficient.
+    """
+
+    path: int
+    rough: Array
+    fine: Array
+    hole: Array
+    last: NDArray[np.intp]
+    mu: float
+
+
+class RodState(NamedTuple):
+    """A posture of a rod, balanced or on the way there.
+
+    Attributes:
+        wrench: at the sections' starts, in their frames, shape (n, 6).
+        span: tension of every tendon along every section, zero beyond its end, shape (t, n) [N].
+        turn, shift: the sections' poses, shapes (n, 3, 3) and (n, 3) [m].
+        R_w: orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
+        residual: unbalanced moment and force at the disks, in their frames, shape (n, 6).
+    """
+
+    wrench: Array
+    span: Array
+    turn: Array
+    shift: Array
+    R_w: Array
+    residual: Array
+
+
+class RodRows(NamedTuple):
+    """Postures of a rod, each array with a row for each; attributes as of `RodState`."""
+
+    wrench: Array
+    span: Array
+    shift: Array
+    R_w: Array
+    residual: Array
+
 
 # ----------------------------------------------------------------------------------------------------
 # What each disk lacks to balance, compiled.
@@ -59,21 +111,18 @@ def left_over(
     applied: Array,
     wrench: Array,
     derive: bool,
-    turn: Array,
     R_w: Array,
     residual: Array,
-    here: Array,
-    above: Array,
     load: Array,
-    end: Array,
-    low: Array,
+    ends: SectionEnds,
 ) -> None:
     """Set the residual at the disks, (n, 6), and their orientations; with `derive` the derivatives, too.
 
-    The sections are as `sections.sections` left them. `here`, `above`, shapes (n, 6, 6), and `load`, shape
-    (n, 6, 3), are the residual's derivatives by the wrench of the section below and above and by the disk's
-    turn. `R_w`: orientations of disks 0 to n.
+    The sections' ends are as `sections` left them; their `here` and `low_slope` become the residual's
+    derivatives by the wrench of the section below and above, and `load`, shape (n, 6, 3), is that by the
+    disk's turn. `R_w`: orientations of disks 0 to n.
     """
+    turn, _, _, end, here, low, above = ends
     tendons, n = span.shape
     body, column = room((6,), wrench), room((6,), wrench)
     kinks = path == CONTINUOUS
@@ -244,40 +293,23 @@ def correction(
 
 @inlined
 def newton(
-    path: int,
-    rough: Array,
-    fine: Array,
-    hole: Array,
-    span: Array,
-    applied: Array,
-    wrench: Array,
-    turn: Array,
-    shift: Array,
-    R_w: Array,
-    to_the_end: bool,
-    farthest: float,
-    residual: Array,
-    w: Array,
+    rod: TendonRod, applied: Array, state: RodState, to_the_end: bool, farthest: float, w: Array
 ) -> tuple[int, int, float]:
-    """Balance a robot at given tensions, starting from `wrench`, which is the result too.
+    """Balance a robot at given tensions, starting from the wrenches in `state`, which is the result too.
 
     Args:
-        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
-        rough, fine: sections' data with few and many integration steps, shape (n, 8).
-        hole: shape (t, 2) [m].
-        span: tension of every tendon along every section, zero beyond its end, shape (t, n) [N].
+        rod: the robot.
         applied: moment and force on disks 1 to n, base frame, shape (n, 6).
-        wrench: at the sections' starts, in their frames, shape (n, 6).
-        turn, shift: result, the sections' poses, shapes (n, 3, 3) and (n, 3).
-        R_w: result, orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
+        state: its tensions are given.
         to_the_end: whether to balance the fine residual, instead of the rough one by and large.
         farthest: what a correction may turn the sections by, summed [rad].
-        residual: result, unbalanced wrench at disks 1 to n, shape (n, 6).
         w: workspace.
 
     Returns:
         How it ended, the number of corrections, and what the first one turned the sections by [rad].
     """
+    path, rough, fine, hole, _, _ = rod
+    wrench, span, turn, shift, R_w, residual = state
     n = span.shape[1]
     turn_slope = room((n, 3, 6), wrench)
     here, above, load = room((n, 6, 6), wrench), room((n, 6, 6), wrench), room((n, 6, 3), wrench)
@@ -286,20 +318,15 @@ def newton(
     strain, inverse = room((n, 6), wrench), room((n, 6, 6), wrench)
     if path in (CONTINUOUS, LUMENS):
         start_laws(rough, hole, span, wrench, strain, inverse)
+    start, ends = (strain, inverse), SectionEnds(turn, shift, turn_slope, end, here, low, above)
     largest = math.inf
     rounds = 0
     first = 0.0
     finishing, derive, slopes = False, True, rough
     while True:
         here_rod = fine if finishing and not derive else slopes
-        sections(
-            path, here_rod, hole, span, wrench, strain, inverse, derive, w,
-            turn, shift, turn_slope, end, here, low, above,
-        )  # fmt: skip
-        left_over(
-            path, here_rod, hole, span, applied, wrench, derive, turn, R_w, residual, here, above, load,
-            end, low,
-        )  # fmt: skip
+        sections(path, here_rod, hole, span, wrench, start, derive, w, ends)
+        left_over(path, here_rod, hole, span, applied, wrench, derive, R_w, residual, load, ends)
         now = 0.0
         for j in range(n):
             for i in range(6):
@@ -418,11 +445,12 @@ def _tendon_turns(
 
 @inlined
 def balanced(
-    path: int, rough: Array, fine: Array, hole: Array, last: NDArray[np.intp], mu: float, tension: Array,
-    applied: Array, span: Array, wrench: Array, turn: Array, shift: Array, R_w: Array,
-    to_the_end: bool, farthest: float, residual: Array, angle: Array, w: Array,
+    rod: TendonRod, tension: Array, applied: Array, state: RodState, angle: Array,
+    to_the_end: bool, farthest: float, w: Array,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Balance posture and tensions; `span` is start and result; as `newton` otherwise."""
+    """Balance posture and tensions, which are start and result in `state`; as `newton` otherwise."""
+    path, rough, _, hole, last, mu = rod
+    wrench, span, turn, shift, _, _ = state
     tendons, n = span.shape
     for k in range(tendons):
         for j in range(n):
@@ -433,10 +461,7 @@ def balanced(
     for k in range(tendons):
         largest = max(largest, tension[k])
     for trial in range(_MOST_ROUNDS):
-        status, count, far = newton(
-            path, rough, fine, hole, span, applied, wrench, turn, shift, R_w,
-            to_the_end, farthest, residual, w,
-        )  # fmt: skip
+        status, count, far = newton(rod, applied, state, to_the_end, farthest, w)
         rounds += count
         if trial == 0:
             first = far
@@ -517,29 +542,18 @@ def unbent_wrenches(
 
 @inlined
 def _advance(
-    path: int, rough: Array, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
-    tension0: Array, applied0: Array, tension1: Array, applied1: Array,
-    wrench: Array, span: Array, angle: Array, turn: Array, shift: Array, R_w: Array, residual: Array,
-    one_step: bool, longest: float, w: Array,
+    rod: TendonRod, tension0: Array, applied0: Array, tension1: Array, applied1: Array,
+    state: RodState, angle: Array, one_step: bool, longest: float, w: Array,
 ) -> tuple[float, int]:  # fmt: skip
-    """Follow the equilibrium from one load to another; the arrays from `wrench` on are changed.
+    """Follow the equilibrium from one load to another; `state` and `angle` are changed.
 
     Args:
-        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
-        rough: as `rod`, with fewer steps, for the way and the derivatives.
-        rod: sections' data, shape (n, 8).
-        hole: shape (t, 2) [m].
-        last: number of the disk where each tendon ends, shape (t,).
-        mu: capstan coefficient.
+        rod: the robot.
         tension0, applied0: at the start of the way: tensions at the base, shape (t,) [N], moment and
             force on disks 1 to n, base frame, shape (n, 6) [N m], [N].
         tension1, applied1: at its end.
-        wrench: at the sections' starts, in their frames, shape (n, 6).
-        span: tensions, shape (t, n) [N].
+        state: where it begins and ends.
         angle: what each tendon has turned by from the base to each section, shape (t, n) [rad].
-        turn, shift: the sections' poses, shapes (n, 3, 3) and (n, 3) [m].
-        R_w: orientations of disks 0 to n, shape (n + 1, 3, 3); the first one is given.
-        residual: unbalanced moment and force at the disks, in their frames, shape (n, 6).
         one_step: whether to give up where a single step of little turn does not lead there.
         longest: share of the way that one step may take.
         w: workspace.
@@ -547,6 +561,8 @@ def _advance(
     Returns:
         The share of the way that was reached (1.0: all), and the number of Newton's corrections.
     """
+    path, _, fine, hole, last, mu = rod
+    wrench, span, turn, shift, R_w, _ = state
     tendons, n = span.shape
     tension, applied = room((tendons,), wrench), room((n, 6), wrench)
     for k in range(tendons):
@@ -561,8 +577,8 @@ def _advance(
         for j in range(n):
             square = 0.0
             for i in range(3):
-                square += (rod[j, i] * slope[j, i]) ** 2
-            turned += rod[j, LENGTH] * math.sqrt(square)
+                square += (fine[j, i] * slope[j, i]) ** 2
+            turned += fine[j, LENGTH] * math.sqrt(square)
         if not turned < NEAR_RAD:
             return 0.0, 0
     reached, step = 0.0, longest
@@ -583,10 +599,7 @@ def _advance(
                 applied[j, i] = applied0[j, i] + share * (applied1[j, i] - applied0[j, i])
                 old_wrench[j, i] = wrench[j, i]
                 wrench[j, i] += (share - reached) * slope[j, i]
-        status, rounds, far = balanced(
-            path, rough, rod, hole, last, mu, tension, applied,
-            span, wrench, turn, shift, R_w, share == 1.0, farthest, residual, angle, w,
-        )  # fmt: skip
+        status, rounds, far = balanced(rod, tension, applied, state, angle, share == 1.0, farthest, w)
         count += rounds
         if status == CONVERGED:
             for j in range(n):
@@ -625,8 +638,7 @@ def set_straight(rod: Array, wrench: Array, angle: Array, turn: Array, shift: Ar
 
 @compiled
 def follow(
-    path: int, rough: Array, rod: Array, hole: Array, last: NDArray[np.intp], mu: float,
-    tension: Array, applied: Array, wrench: Array, span: Array, shift: Array, R_w: Array, residual: Array,
+    rod: TendonRod, tension: Array, applied: Array, found: RodRows,
     reached: Array, corrections: NDArray[np.intp], longest: float,
 ) -> None:  # fmt: skip
     """Find the equilibria of r rows of loads; arguments as of `_advance` with rows in front.
@@ -639,8 +651,9 @@ def follow(
             Rows that have 1 already, `together` found them without friction, are left as they are.
         corrections: result, of Newton's method, shape (r,).
     """
+    wrench, span, shift, R_w, residual = found
     rows, tendons = tension.shape
-    n = len(rod)
+    n = len(rod.fine)
     turn, angle, angle_before = (
         room((n, 3, 3), wrench),
         room((tendons, n), wrench),
@@ -679,7 +692,7 @@ def follow(
                     for i in range(3):
                         turned_back(R_w[row, j], R_w[row, j + 1, :, i], turn[j, :, i])
             else:
-                set_straight(rod, wrench[row], angle, turn, shift[row], R_w[row])
+                set_straight(rod.fine, wrench[row], angle, turn, shift[row], R_w[row])
             if way == 3:
                 copy_all(tension[row], pulls[1])
             if way == 4:
@@ -688,9 +701,9 @@ def follow(
             copy_all(applied[row], loads[stops - 1])
             share = 1.0
             for leg in range(stops - 1):
+                state = RodState(wrench[row], span[row], turn, shift[row], R_w[row], residual[row])
                 share, count = _advance(
-                    path, rough, rod, hole, last, mu, pulls[leg], loads[leg], pulls[leg + 1], loads[leg + 1],
-                    wrench[row], span[row], angle, turn, shift[row], R_w[row], residual[row],
+                    rod, pulls[leg], loads[leg], pulls[leg + 1], loads[leg + 1], state, angle,
                     way == 0, longest, w,
                 )  # fmt: skip
                 corrections[row] += count
@@ -712,16 +725,16 @@ def follow(
 
 @compiled
 def follow_together(
-    path: int, rough: Array, fine: Array, hole: Array, last: NDArray[np.intp], chosen: NDArray[np.intp],
-    tension: Array, applied: Array, wrench: Array, span: Array, shift: Array, R_w: Array, residual: Array,
+    rod: TendonRod, chosen: NDArray[np.intp], tension: Array, applied: Array, found: RodRows,
     reached: Array, corrections: NDArray[np.intp],
 ) -> None:  # fmt: skip
-    """Find the equilibria of some rows; arguments as of `continuation.follow`.
+    """Find the equilibria of some rows without friction; arguments as of `follow`.
 
     Args:
         chosen: numbers of the rows, a multiple of LANES of them.
         reached: result, 1 where a row is balanced; the other rows are left as they were.
     """
+    path, rough, fine, hole, last, _ = rod
     tendons, n = len(hole), len(rough)
     wrenches, spans = floats_of_eights((n, 6)), floats_of_eights((tendons, n))
     shifts, turns, lefts = floats_of_eights((n, 3)), floats_of_eights((n + 1, 3, 3)), floats_of_eights((n, 6))
@@ -733,6 +746,7 @@ def follow_together(
     by_tip, last_turn, step = room((n, 6, 3), x), room((3, 3), x), room((n, 6), x)
     end, low, strain, inverse = room((n, 6), x), room((n, 6), x), room((n, 6), x), room((n, 6, 6), x)
     turned, v = room((3,), x), room((TENDONS + 3 * tendons,), x)
+    start, ends = (strain, inverse), SectionEnds(turn, p, turn_slope, end, here, low, above)
     fill(v, 0.0)
     for first in range(0, len(chosen), LANES):
         for i in range(LANES):
@@ -757,11 +771,9 @@ def follow_together(
         largest = failed + 1e300
         rounds = 0
         while True:
-            rod = fine if finishing and not derive else slopes
-            sections_of_eights(
-                path, rod, hole, s, x, strain, inverse, derive, v, turn, p, turn_slope, end, here, low, above,
-            )  # fmt: skip
-            left_over(path, rod, hole, s, f, x, derive, turn, R, r, here, above, load, end, low)
+            here_rod = fine if finishing and not derive else slopes
+            sections_of_eights(path, here_rod, hole, s, x, start, derive, v, ends)
+            left_over(path, here_rod, hole, s, f, x, derive, R, r, load, ends)
             # Only rows that have not failed are waited for.
             open_turn = select_less(0.0, failed, 0.0, largest)
             if finishing and not derive and all_less(open_turn, AT_THE_END_RAD):
@@ -800,8 +812,8 @@ def follow_together(
             if lane(failed, i) > 0.0 or not lane(largest, i) < AT_THE_END_RAD:
                 continue
             reached[row], corrections[row] = 1.0, rounds
-            take_lane(wrenches, i, wrench[row])
-            take_lane(spans, i, span[row])
-            take_lane(shifts, i, shift[row])
-            take_lane(turns, i, R_w[row])
-            take_lane(lefts, i, residual[row])
+            take_lane(wrenches, i, found.wrench[row])
+            take_lane(spans, i, found.span[row])
+            take_lane(shifts, i, found.shift[row])
+            take_lane(turns, i, found.R_w[row])
+            take_lane(lefts, i, found.residual[row])

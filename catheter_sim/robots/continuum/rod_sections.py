@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -540,6 +540,27 @@ def add_path_forces(
 # The sections of a robot integrated, compiled: eight of one robot's at once, or eight robots' one by one.
 
 
+class SectionEnds(NamedTuple):
+    """Where n sections end, what they leave over there, and how both change with the wrenches at the starts.
+
+    Attributes:
+        turn, shift: the sections' poses, shapes (n, 3, 3) and (n, 3) [m].
+        turn_slope: how the poses turn with the wrenches, shape (n, 3, 6).
+        end: wrenches at the ends and pulls on the upper disks, shape (n, 6): what they leave over there has
+            the sign reversed.
+        here: derivative of -end, shape (n, 6, 6).
+        low, low_slope: pulls on the lower disks and their derivative, shapes (n, 6) and (n, 6, 6).
+    """
+
+    turn: Array
+    shift: Array
+    turn_slope: Array
+    end: Array
+    here: Array
+    low: Array
+    low_slope: Array
+
+
 @compiled
 def sections(
     path: int,
@@ -547,24 +568,17 @@ def sections(
     hole: Array,
     span: Array,
     wrench: Array,
-    strain: Array,
-    inverse: Array,
+    start: tuple[Array, Array],
     derive: bool,
     w: Array,
-    turn: Array,
-    shift: Array,
-    turn_slope: Array,
-    end: Array,
-    here: Array,
-    low: Array,
-    low_slope: Array,
+    ends: SectionEnds,
 ) -> None:
-    """Set the sections' poses, wrenches at their ends, `end` (n, 6), and pulls on their lower disks.
+    """Fill the sections' ends, with `derive` their derivatives, too.
 
-    `end` holds the pulls on the upper disks, too: what it leaves over there has the sign reversed. With
-    `derive` also their derivatives by the wrenches at the starts: `turn_slope` (n, 3, 6), `here`, that
-    of -end, and `low_slope`, (n, 6, 6). `strain` and `inverse` are those of `start_laws`.
+    `start`: strain and inverse stiffness of `start_laws`.
     """
+    strain, inverse = start
+    turn, shift, turn_slope, end, here, low, low_slope = ends
     tendons, n = span.shape
     along = path in (CONTINUOUS, LUMENS)
     columns = 6 if derive else 0
@@ -628,19 +642,14 @@ def sections_of_eights(
     hole: Array,
     span: Array,
     wrench: Array,
-    strain: Array,
-    inverse: Array,
+    start: tuple[Array, Array],
     derive: bool,
     v: Array,
-    turn: Array,
-    shift: Array,
-    turn_slope: Array,
-    end: Array,
-    here: Array,
-    low: Array,
-    low_slope: Array,
+    ends: SectionEnds,
 ) -> None:
     """Do as `sections` for eight robots side by side, section after section; `v`: the workspace of eights."""
+    strain, inverse = start
+    turn, shift, turn_slope, end, here, low, low_slope = ends
     tendons, n = span.shape
     along = path in (CONTINUOUS, LUMENS)
     columns = 6 if derive else 0

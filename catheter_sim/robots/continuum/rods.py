@@ -21,7 +21,7 @@ from catheter_sim.mechanics.eight import LANES
 from catheter_sim.robots.continuum import rod_sections
 from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
 from catheter_sim.robots.continuum.description import disk_masses, disks, last_disk
-from catheter_sim.robots.continuum.rod_balance import NEAR_RAD, follow, follow_together
+from catheter_sim.robots.continuum.rod_balance import NEAR_RAD, RodRows, TendonRod, follow, follow_together
 from catheter_sim.robots.continuum.rod_sections import measure_paths
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 
@@ -620,21 +620,20 @@ def equilibria(
     hole, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
     applied = np.concatenate([loads.moment_N_m, loads.force_N], axis=2)
 
-    robot = PATHS[path], rough, fine, hole, rod.last_disk
+    robot = TendonRod(PATHS[path], rough, fine, hole, rod.last_disk, float(rod.mu))
     together = rows >= LANES and rod.mu == 0.0 and longest_step >= 1.0
     far = far_from_before(rod, loads) if together else np.zeros(rows, dtype=bool)
 
     def solve(part: slice) -> None:
         given = tension[part], applied[part]
-        found = (
-            result.wrench[part], result.span_tension[part], shift[part], result.R_w[part],
-            result.unbalanced[part], result.reached[part], result.corrections[part],
-        )  # fmt: skip
+        states = result.wrench, result.span_tension, shift, result.R_w, result.unbalanced
+        found = RodRows(*(array[part] for array in states))
+        ended = result.reached[part], result.corrections[part]
         chosen = np.flatnonzero(far[part])
         chosen = chosen[: len(chosen) // LANES * LANES]
         if len(chosen):
-            follow_together(*robot, chosen, *given, *found)
-        follow(*robot, float(rod.mu), *given, *found, longest_step)
+            follow_together(robot, chosen, *given, found, *ended)
+        follow(robot, *given, found, *ended, longest_step)
 
     share_out(solve, rows, threads)
     moved = (result.R_w[:, :-1] @ shift[..., None])[..., 0]
