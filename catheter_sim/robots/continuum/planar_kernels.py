@@ -218,7 +218,7 @@ def bisected(
 # `fkm_exact_arm` for one pair of tendons, compiled: many robots along their inputs.
 #
 # Cell by cell from base to tip, friction by `slip.tensions_behind`, loads in quasi-Newton rounds. `cell`:
-# see `columns`. `arm`, shape (2,): of the right and of the left tendon, both positive [m].
+# see the columns above. `arm`, shape (2,): of the right and of the left tendon, both positive [m].
 
 # A secant step is a hundred times more exact than it is long, and so is a round of the loads.
 _CELL_STEP_RAD = 3e-10
@@ -444,7 +444,7 @@ def march_by_tension(
 # ----------------------------------------------------------------------------------------------------
 # What the balance of each cell lacks where tendons slide through all eyelets, compiled.
 #
-# Arrays. `cell`: see `columns`. `offset`, shape (t,), of tendons in the order of their ends, the one that
+# Arrays. `cell`: the columns above. `offset`, shape (t,), of tendons in the order of their ends, the one that
 # ends at the tip first; `passing`, shape (n,): how many of them pass each cell. `slip`, `pulled`, shape (n,
 # t): as in `sliding`, and tensions [N]. `drive`, shape (t + 3,): tensions at the actuators, force along x
 # and z on the tip, moment about y there.
@@ -514,7 +514,7 @@ def evaluate(
 # ----------------------------------------------------------------------------------------------------
 # Newton's step of `fkm_sliding`, compiled: solved from the tip to the base and back.
 #
-# Arrays as in `sliding_balance`.
+# Arrays as above.
 
 
 @compiled
@@ -686,7 +686,7 @@ def newton_step(
 # ----------------------------------------------------------------------------------------------------
 # `fkm_sliding`, compiled: many robots along their inputs.
 #
-# The same steps and Newton's method as in `sliding` in plain Python; arrays as in `sliding_balance`.
+# The same steps and Newton's method as in `sliding` in plain Python; arrays as above.
 
 _TOLERANCE_RAD = 2e-10
 _MOST_ROUNDS = 40

@@ -648,7 +648,7 @@ def follow(
 
     Args:
         reached: result, share of the way from rest that was reached, shape (r,); 1: some way led there.
-            Rows that have 1 already, `together` found them without friction, are left as they are.
+            Rows that have 1 already, `follow_together` found them without friction, are left as they are.
         corrections: result, of Newton's method, shape (r,).
     """
     wrench, span, shift, R_w, residual = found
@@ -720,7 +720,7 @@ def follow(
 # Eight rows of loads balanced together from rest, in one step and without friction, compiled.
 #
 # The same residuals and derivatives as in `newton`, with eight robots side by side, and the same conditions
-# on its corrections. A row that breaks one is left to `continuation`.
+# on its corrections. A row that breaks one is left to `follow`.
 
 
 @compiled

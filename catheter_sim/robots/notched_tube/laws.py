@@ -384,7 +384,7 @@ RADIAL, AROUND = 8, 24  # points over the wall's thickness and its angle: as in 
 
 
 def notch_table(robot: NotchedTubeRobot) -> Array:
-    """Return the numbers of `notch_kernel.place` and `resist`, shape (n, 10)."""
+    """Return the numbers of `place` and `resist`, shape (n, 10)."""
     rows, below = [], 0.0
     for notch in notches(robot):
         segment = notch.segment
@@ -418,7 +418,7 @@ class Notches(Law):
         self._scratch = np.zeros(SCRATCH)
 
     def arrays(self) -> tuple[Index, Index, Index, Index, Array, Array, Array]:
-        """Return what the law is made of, arguments of `notch_kernel`.
+        """Return what the law is made of, arguments of its loops.
 
         Positions, degrees of freedom, hinges, links; notches, fibres, metal.
         """

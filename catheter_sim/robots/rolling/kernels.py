@@ -354,7 +354,7 @@ CHOICE_M = (
 ALONE_SHARE = 0.8  # of all changes of tension: of a rod that moves all but alone
 # Layers of what a chain remembers, each of shape (t, n): tension above each joint [N]; how the rod slid in
 # the hole there, 1: drawn in, -1: run out; its length in the gap below [m]. Without the last two, friction
-# keeps tensions instead (`rods.pull_and_bend_rods`).
+# keeps tensions instead (`pull_and_bend_rods`).
 ABOVE, SLIP, SPAN = range(3)
 SLOPE, LACK, STICKS = range(3)  # layers of `rods` in `slide_and_bend_rods`
 
@@ -371,7 +371,7 @@ def slide_and_bend_rods(
     work: Work,
     jacobian: Array,
 ) -> None:
-    """As `rods.pull_and_bend_rods`, with friction by sliding at the shares in `renewed[SLIP]`.
+    """As `pull_and_bend_rods`, with friction by sliding at the shares in `renewed[SLIP]`.
 
     `jacobian` takes with it that the shares change as the module's text says. `renewed` gets tensions and
     spans. Further filled are, of `work`,

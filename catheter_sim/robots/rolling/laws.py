@@ -37,7 +37,7 @@ from catheter_sim.robots.rolling.spec import RollingRobot
 # to, but without derivatives; `catheter_sim.robots.rolling.laws` says what the loops are for.
 # Index k counts joints and links from 0 at the base, j rods, the pulled ones first.
 #
-# Arrays. `joint`, shape (n, 10), and `rod`, shape (n, m, 6): see `rolling_pack.pack` and the columns' names
+# Arrays. `joint`, shape (n, 10), and `rod`, shape (n, m, 6): see `pack` and the columns' names
 # below.
 
 # Columns of `joint`: as in `RollingChain`.
@@ -64,7 +64,7 @@ def place(
 
     Args:
         qpos: MuJoCo's positions; `qpos_index` picks the bend angles, shape (n,).
-        joint: see `rolling_pack.pack`.
+        joint: see `pack`.
         axis: 0: the joint bends toward +x, 1: toward +y, shape (n,).
         length: of the links as compressed, shape (n,) [m].
         joint_index, body_index: of the hinges and links in MuJoCo, shape (n,).
@@ -120,7 +120,7 @@ def turns(
 
     Args:
         qpos, qpos_index, joint: as in `place`.
-        hole: see `rolling_pack.pack_holes`.
+        hole: see `pack_holes`.
         ends: shape (t,).
         turn: out.
         bent: workspace, shape (7, n).
@@ -256,7 +256,7 @@ def turns_of(
 
 
 # ----------------------------------------------------------------------------------------------------
-# A chain in the arrays of the loops in `rolling_kernel`.
+# A chain in the arrays of the loops above.
 
 
 def pack(chain: RollingChain) -> tuple[Array, Array]:
@@ -323,7 +323,7 @@ class RodElasticity(Law):
         self._dofs = model.jnt_dofadr[ids].astype(np.int64)
 
     def arrays(self) -> tuple[Array, Array, Index]:
-        """Return `joint` and `rod` of `rolling_pack.pack`, and the hinges' degrees of freedom."""
+        """Return `joint` and `rod` of `pack`, and the hinges' degrees of freedom."""
         return self._joint, self._rod, self._dofs
 
     def between(self, step: Step) -> None:
@@ -349,7 +349,7 @@ class RodTurns:
         self._bent = np.zeros((7, chain.joints))
 
     def arrays(self) -> tuple[Array, Array, Index]:
-        """Return `joint` and `rod` of `rolling_pack.pack`, and where the hinges' angles are."""
+        """Return `joint` and `rod` of `pack`, and where the hinges' angles are."""
         return self._joint, self._rod, self._qpos
 
     def __call__(self, data: mujoco.MjData, ends: Index | None = None) -> Array:
@@ -498,7 +498,7 @@ def add_inertia_of_contacts(
 # hung there on a hinge must be shifted by (R (theta - sin theta), -R (1 - cos theta)) against the flat for
 # the hinge to put it where pure rolling does. See `catheter_sim.robots.rolling.model`.
 #
-# What runs at every step is compiled, in `rolling_kernel`.
+# What runs at every step is compiled, above.
 
 
 @dataclass(frozen=True)
@@ -506,11 +506,11 @@ class RollingArrays:
     """What rolling needs to know of a robot as plain arrays, for where it runs elsewhere.
 
     Attributes:
-        axis, joint_index, body_index, qpos_index: as in `rolling_kernel.place`, shape (n,).
+        axis, joint_index, body_index, qpos_index: as in `place`, shape (n,).
         ends: number of joints that each pulled rod passes, shape (t,).
         length: of the links without load, shape (n,) [m].
         compliance: of the links along their axes, shape (n,) [m/N].
-        top_link, top_site, top_depth: as in `rolling_kernel.place_tops`, shape (s,).
+        top_link, top_site, top_depth: as in `place_tops`, shape (s,).
     """
 
     axis: Index
