@@ -71,6 +71,11 @@ def test_a_walk_counts_each_function_once_and_every_return(tmp_path: Path) -> No
     assert house.returns(walk) == 2
 
 
+def test_argument_lists_are_short(package) -> None:
+    """At most nine arguments of a private function, twelve of a compiled one."""
+    assert package.long_signatures == ([], [])
+
+
 def test_few_files_lie_between_simulate_and_a_step_of_the_engine(package) -> None:
     """A reader who wants to know how a row of inputs becomes a step opens at most twelve files."""
     path = package.path("catheter_sim.public.runs.simulate", house.STEPS)
