@@ -152,7 +152,8 @@ def test_compiled_curves_are_the_static_ones(law: str) -> None:
     turn = rng.uniform(5.0, 120.0, (2, gaps))
     low, high = np.empty(gaps), np.empty(gaps)
     numbers = (np.array(item) for item in (force.loading, force.bounds_deg, force.c_1, force.c_2))
-    _slipping(np.radians(bend) / gaps, turn, segment.arm_m, segment.half_gap_m, 0.0, *numbers, low, high)
+    arms = np.array([segment.arm_m, segment.half_gap_m])
+    _slipping(np.radians(bend) / gaps, turn, 0.0, arms, *numbers, low, high)
     own = np.where(bend >= 0.0, turn[0], turn[1])
     arm, side = arm_m(segment, np.radians(bend)), np.sign(bend)
     on, back = loading_N(force, np.abs(bend)) * arm, unloading_N(force, np.abs(bend), own) * arm
