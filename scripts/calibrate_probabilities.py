@@ -3,7 +3,7 @@
     python scripts/calibrate_probabilities.py results/tuning_1 results/tuning_2
 
 Each folder is one that a bench wrote: answers/ holds what was hidden, found/ what was diagnosed. Printed are
-the weights of `diagnosis/thresholds.py` (LOG_ODDS_OF_..., MEMBER_WEIGHT). They are the most probable of a
+the weights of `diagnosis/probabilities.py` (LOG_ODDS_OF_..., MEMBER_WEIGHT). They are the most probable of a
 logistic regression that starts from what was believed of each before any draw (BELIEVED, with a normal
 distribution of SPREAD); none goes against its sign. Of causes that no good hypothesis has they are counted
 (one answer of each kind added, after Laplace). A group of causes that the data cannot tell apart is one

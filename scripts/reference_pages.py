@@ -1,4 +1,4 @@
-"""Write the pages of the documentation that are made from the code: verbs, effects, names in Python.
+"""Write the pages of the documentation that are made from the code: verbs, effects, Python names, thresholds.
 
     python scripts/reference_pages.py [--check]
 
@@ -8,7 +8,9 @@ With --check nothing is written; the exit status is 1 where a page is not what t
 from __future__ import annotations
 
 import argparse
+import ast
 import inspect
+import itertools
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -21,6 +23,7 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.robots import KINDS, kind_of
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "reference"
+DIAGNOSIS = Path(cs.__file__).parent / "diagnosis"
 ROBOT = "neuroendoscope_section"  # whose effects are shown with their bounds
 OTHER = "mitral_4dof"  # whose effects are shown where the first robot has none
 _VERBS = """\
@@ -79,6 +82,13 @@ _PYTHON = """\
 # Names in Python
 
 `import catheter_sim as cs` is the public face; everything else may move. The tests run the examples."""
+
+_THRESHOLDS = """\
+# Numbers of a diagnosis
+
+Every number by which a diagnosis decides: the file that holds it, its unit, what it decides and why it has
+its value. `thresholds.py` holds those that several files need. "The blind bench" is the run of 400 drawn
+data sets with hidden causes of [the bench](../truth/bench.md)."""
 
 
 def verbs_page() -> Iterator[str]:
@@ -201,7 +211,36 @@ def _signature(value: Any) -> str:
         return ""
 
 
-PAGES = {"verbs.md": verbs_page, "effects.md": effects_page, "python.md": python_page}
+def thresholds_page() -> Iterator[str]:
+    """Yield the lines of the page of thresholds: the constants of the diagnosis that say why."""
+    yield _THRESHOLDS
+    for path in sorted(DIAGNOSIS.rglob("*.py")):
+        rows = list(thresholds_of(path))
+        if rows:
+            yield f"\n## {path.relative_to(DIAGNOSIS).as_posix()}\n"
+            yield "| number | value | what and why |\n|---|---|---|"
+            yield from (f"| `{name}` | {value} | {text} |" for name, value, text in rows)
+
+
+def thresholds_of(path: Path) -> Iterator[tuple[str, str, str]]:
+    """Yield name, value and text of a file's constants that a text "[unit] ... Why: ..." follows."""
+    for node, after in itertools.pairwise(ast.parse(path.read_text(encoding="utf-8")).body):
+        if (
+            isinstance(node, ast.Assign)
+            and isinstance(after, ast.Expr)
+            and isinstance(after.value, ast.Constant)
+            and str(after.value.value).startswith("[")
+        ):
+            text = " ".join(str(after.value.value).split())
+            yield ast.unparse(node.targets[0]), ast.unparse(node.value), text.replace("[", "\\[", 1)
+
+
+PAGES = {
+    "verbs.md": verbs_page,
+    "effects.md": effects_page,
+    "python.md": python_page,
+    "thresholds.md": thresholds_page,
+}
 
 
 def texts() -> dict[str, str]:

@@ -31,16 +31,18 @@ from catheter_sim.diagnosis.search import (
     select,
     singles_of,
 )
-from catheter_sim.diagnosis.thresholds import (
-    ACQUITTED_NOISE,
-    ACQUITTED_SHARE,
-    ACQUITTING,
-    ANOTHER_FORM,
-    EQUAL_FACTOR,
-    MOST_CAUSES,
-    PAYS_SHARE,
-)
+from catheter_sim.diagnosis.thresholds import ANOTHER_FORM, EQUAL_FACTOR, MOST_CAUSES, PAYS_SHARE
 from catheter_sim.diagnosis.verdict import held_out
+
+ACQUITTING = 3
+"""[single causes] The best ones are asked whether they account for trials that look wrong. Why: assumed; what
+one of the first three does not explain is no single cause."""
+ACQUITTED_SHARE = 1.1
+"""[error of a trial over the one without the cause] What accounts for one trial makes no other worse by more.
+Why: by a tenth errors differ by chance; a cause that halves one trial's mistake puts half on the others."""
+ACQUITTED_NOISE = 1.5
+"""[noise] What accounts for a jump in a trial leaves no trial a larger error. Why: outliers make it 1.4 times
+the noise; of a bump that no cause makes, and that is seen, several times the noise stay."""
 
 # ----------------------------------------------------------------------------------------------------
 # Causes chosen inside the training trials, and fitted to all their rows.

@@ -18,7 +18,6 @@ from catheter_sim.channels import check_output_channels, output_channels, read_i
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.mapping import FileMap, file_map, read_mapped
 from catheter_sim.diagnosis.nuisance import calibration_numbers
-from catheter_sim.diagnosis.thresholds import LONGEST_WAY_LENGTHS, MOST_QUATERNION, MOST_TURN_DEG
 from catheter_sim.diagnosis.trials import (
     HELD,
     Dataset,
@@ -35,6 +34,15 @@ from catheter_sim.diagnosis.trials import (
 )
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table, read_table
+
+LONGEST_WAY_LENGTHS = 20.0
+"""[robot lengths] A position that moves over more is refused: its column cannot be in mm. Why: assumed;
+points of a robot move by two lengths at most, a wrong unit is a factor of 25 or 1000."""
+MOST_TURN_DEG = 720.0
+"""[deg] A measured angle beyond it is refused. Why: no joint or tip turns more than twice around."""
+MOST_QUATERNION = 1.05
+"""[1] A part of a measured quaternion beyond it is refused. Why: parts of a unit quaternion are at most 1;
+the rest is for rounding in the file."""
 
 # ----------------------------------------------------------------------------------------------------
 # Columns of measured values that are empty, or not in their unit.

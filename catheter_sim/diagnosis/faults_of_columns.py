@@ -22,42 +22,80 @@ from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.readings import steps_of
 from catheter_sim.diagnosis.result import DataFault
 from catheter_sim.diagnosis.thresholds import (
-    DRIVEN_SHARE,
     FEWEST_VALUES,
-    FOLLOWS_OF_EXPECTED,
-    FOLLOWS_SHARE,
     GROSS_SHARE,
     LATE_NOISE,
-    LATE_OTHERS,
     LATE_ROWS,
-    MISTAKE_CONVINCING,
     MISTAKE_SOLVED_SHARE,
-    MOTION_BEYOND,
-    MOVES_SHARE,
     NO_EQUILIBRIUM_ERROR,
-    OUTER_SHARE,
     PULL_BEYOND,
     STANDS_SHARE,
-    STEP_LEFT_SHARE,
-    STEP_ONE_WAY_ROWS,
-    STEP_ROWS,
     STEP_STRETCH_ROWS,
-    STEP_USUAL_TIMES,
-    STILL_FOLLOWS_SHARE,
     STILL_SHARE,
-    TELLING_SHARE,
-    TELLING_SPREADS,
-    TENSION_BEYOND,
-    TURN_BEYOND,
-    UNDRIVEN_BACK_SHARE,
-    UNDRIVEN_NOISE,
-    UNDRIVEN_ROWS,
-    UNDRIVEN_STRETCHES,
 )
 from catheter_sim.diagnosis.trials import Trial, all_inputs, measured_of, points_of, unit_of
 from catheter_sim.errors import InputError
 from catheter_sim.planning.models import plan_drives
 from catheter_sim.robots import kind_of
+
+MISTAKE_CONVINCING = 0.5
+"""[error with a mistake put right over the error with it] Below it the mistake is believed. Why: nothing else
+halves an error; causes turn no sign, exchange nothing, and scale by less than the factors between units."""
+TENSION_BEYOND = (10.0, 100.0)
+"""[times the tension that bends the robot fully, without friction] The same of tensions. Why: assumed;
+friction asks for several times as much, mN for N is 1000."""
+MOTION_BEYOND = (2.2, 5.0)
+"""[robot lengths] The same of a measured point's motion along an axis. Why: a tip that turns all round moves
+by two; cm for mm and the like are ten."""
+TURN_BEYOND = (2.0, 5.0)
+"""[turns] The same of a measured angle. Why: a joint turns by less than one."""
+OUTER_SHARE = 0.05
+"""[of the values at either end] So many are left out of these. Why: few wrong rows are another fault."""
+FOLLOWS_SHARE = 0.2
+"""[share of an output's variance] Less of it in the inputs and the model says that the output does not
+follow them. Why: assumed; noise alone has none, and causes of the list change an output without undoing
+it."""
+FOLLOWS_OF_EXPECTED = 0.4
+"""[share of what a right model would explain] The same where noise is large; the smaller of the two counts.
+Why: assumed."""
+STILL_FOLLOWS_SHARE = 0.6
+"""[share of an output's variance] The same for an output that hardly moves. Why: what moves by a tenth of
+what is expected must at least move with the inputs."""
+MOVES_SHARE = 0.2
+"""[share of the largest computed motion of its unit] An output with less is not expected to move. Why: what
+the model moves little is decided by its error."""
+TELLING_SHARE = 0.1
+"""[share of the variance] So much must be motion if the model is right, to say that none is there. Why:
+below it noise hides the motion."""
+TELLING_SPREADS = 5.0
+"""[standard deviations of what chance explains] The same for few rows. Why: five of them are no chance."""
+UNDRIVEN_ROWS = 6
+"""[rows] Over which inputs stand still while outputs go out and come back. Why: assumed; with fewer an
+outlier or two look like that."""
+UNDRIVEN_NOISE = 12.0
+"""[times the noise] How far they must go. Why: far beyond what a median of three rows lets pass."""
+UNDRIVEN_BACK_SHARE = 0.5
+"""[share of the way out] From where they started they may end by it. Why: what lags or creeps goes one way,
+and ends where it has gone."""
+UNDRIVEN_STRETCHES = 2
+"""[stretches] In which that must happen. Why: once may be a hand that touched the robot."""
+STEP_ROWS = 12
+"""[rows] By which two logs may be shifted against one another. Why: assumed; more is another trial."""
+STEP_ONE_WAY_ROWS = 5
+"""[rows] Out, and home, on which a shift must hold, at least. Why: of a stretch that only goes one way a bend
+that stays back by a constant looks shifted."""
+STEP_LEFT_SHARE = 0.3
+"""[share of the squared error] Left once the logs are put right. Why: assumed; a wrong model errs at any
+shift."""
+STEP_USUAL_TIMES = 3.0
+"""[times the squared error of the middle trial] Left once the logs are put right, at most. Why: the trial is
+then about as well explained as the others are."""
+LATE_OTHERS = 2.0
+"""[times the squared error] By which other trials would err more with the delay of a late one. Why: a robot
+that is late is late in all of them."""
+DRIVEN_SHARE = 0.5
+"""[share of a late trial's drive of an input] By which another trial drives it, at least, to say that it is
+not late. Why: assumed; a lag, or a dead-band, of one channel shows only where that channel is driven."""
 
 # ----------------------------------------------------------------------------------------------------
 # How far a model is off, beside how much the measurements vary.

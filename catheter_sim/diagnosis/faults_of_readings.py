@@ -13,34 +13,64 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.faults_of_columns import BesideModel
 from catheter_sim.diagnosis.readings import Copy
 from catheter_sim.diagnosis.result import DataFault
-from catheter_sim.diagnosis.thresholds import (
-    AWAY_BACK_SHARE,
-    AWAY_LONGEST_SHARE,
-    AWAY_NOISE,
-    AWAY_REACH_SHARE,
-    AWAY_ROWS,
-    AWAY_STEPS,
-    AWAY_STEPS_NEAR,
-    BUMP_ALIKE_SHARE,
-    BUMP_ALONE,
-    BUMP_BEYOND_SHARE,
-    BUMP_NOISE,
-    BUMP_ROWS,
-    BUMP_SAME_INPUTS,
-    CLIPPED_BEYOND_SHARE,
-    CLIPPED_ROWS,
-    CLIPPED_TIMES,
-    EXCHANGED_ROWS,
-    EXCHANGED_SHARE,
-    FILLED_KINKS,
-    FILLED_SHARE,
-    FILLED_SLOPES_SHARE,
-    HARDLY_MOVED_SHARE,
-    ROUNDING_SHARE,
-    STANDS_SHARE,
-)
+from catheter_sim.diagnosis.thresholds import BUMP_ROWS, BUMP_SAME_INPUTS, ROUNDING_SHARE, STANDS_SHARE
 from catheter_sim.diagnosis.trials import Trial, all_inputs, measured_of, unit_of
 from catheter_sim.robots import kind_of
+
+HARDLY_MOVED_SHARE = 0.002
+"""[robot lengths] A robot that nowhere moves by more, measured and computed, is taken for one in other
+units. Why: assumed; nobody records a robot of 100 mm that moves by 0.2 mm, and m for mm is far below."""
+BUMP_NOISE = 8.0
+"""[times the noise] A jump below it is no bump. Why: assumed; of a thousand rows of noise none reaches
+it."""
+BUMP_ALONE = 3.0
+"""[times the next largest change of the error in that trial] A jump below it is no bump. Why: a wrong model
+jumps again where the inputs come back."""
+BUMP_BEYOND_SHARE = 0.02
+"""[share of an input's range] Inputs that go beyond all earlier rows by more explain a jump. Why: what
+gives way there for good is the robot's."""
+BUMP_ALIKE_SHARE = 0.35
+"""[share of the bump] By so much what is off afterwards may differ from it. Why: assumed; hysteresis
+changes the error of such pairs."""
+FILLED_SHARE = 0.5
+"""[share of the rows] On straight lines between others from which outputs are taken for filled in. Why:
+assumed; half of the rows then were not measured."""
+FILLED_KINKS = 8
+"""[rows] At which the lines must bend where nothing of the inputs bends. Why: a smooth motion without noise
+bends where its inputs do."""
+FILLED_SLOPES_SHARE = 0.25
+"""[slopes per bend] With fewer a sensor counts coarsely. Why: assumed; lines between measured rows have a
+slope each, steps of a counter have few."""
+EXCHANGED_ROWS = 3
+"""[rows] In which two points lie where the model has the other. Why: assumed; one row may be an outlier."""
+EXCHANGED_SHARE = 0.3
+"""[share of their distance from their own places] Within it they must then lie. Why: as of mistakes
+(`MISTAKE_CONVINCING`)."""
+AWAY_STEPS = 2.5
+"""[times the largest computed step nearby] A leap below it is a motion. Why: a robot that lags may catch up
+by twice the step that the model makes."""
+AWAY_STEPS_NEAR = 10
+"""[rows] How far nearby reaches. Why: assumed; a lag of ten rows is a long one."""
+AWAY_NOISE = 12.0
+"""[times the noise] That a leap must exceed besides. Why: outliers of trackers reach it, in single rows."""
+AWAY_REACH_SHARE = 0.5
+"""[share of a point's whole motion] That a leap must exceed besides. Why: a tendon that slips lets a robot
+leap back by a part of its motion; a tracker that takes something else for its marker knows no such bound."""
+AWAY_BACK_SHARE = 0.35
+"""[share of the leap] From where it was before a point may be off when it is back. Why: as of bumps
+(`BUMP_ALIKE_SHARE`)."""
+AWAY_LONGEST_SHARE = 0.6
+"""[share of a trial's rows] That a point may stay away. Why: what stays longer is a bump, or the rest is."""
+AWAY_ROWS = 5
+"""[rows] Away in all, at least, and in stretches of two or more. Why: assumed; few rows move no fit."""
+CLIPPED_ROWS = 5
+"""[rows] That stand at exactly an output's end. Why: assumed; a measured value comes twice by rounding."""
+CLIPPED_TIMES = 4.0
+"""[times as often as any other value] The same for sensors that count coarsely. Why: their ends come about as
+often as other values."""
+CLIPPED_BEYOND_SHARE = 0.1
+"""[share of the computed range] By which the model must move there. Why: a robot at rest stands at an end,
+too."""
 
 # ----------------------------------------------------------------------------------------------------
 # Outputs that end at a limit of their sensor.

@@ -23,31 +23,55 @@ from catheter_sim.diagnosis.problem import (
     prior_of,
     start_of,
 )
-from catheter_sim.diagnosis.thresholds import (
-    DERIVATIVE_STEP,
-    FAIR_GAIN,
-    FIRST_DAMPING,
-    FIT_CONVERGED,
-    FOLD_CONVERGED,
-    FOLD_FIRST_ORDER,
-    FOLD_STEP_PARTS,
-    FOLDS,
-    GRID_VALUES,
-    GROSS_ERROR,
-    LARGER_DAMPINGS,
-    LONGEST_STEP,
-    MOST_FIT_STEPS,
-    MOST_FOLD_STEPS,
-    MOST_VALLEY_TRIALS,
-    NEAR_BOUND,
-    NO_DAMPING,
-    NO_EQUILIBRIUM_ERROR,
-    NO_INFLUENCE,
-    ROWS_TO_SCAN_BY,
-    SCANNED_SIZES,
-)
+from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP, FOLDS, MOST_FIT_STEPS, NO_EQUILIBRIUM_ERROR
 from catheter_sim.diagnosis.trials import measured_of, stretch_of
 from catheter_sim.theory.twins import along
+
+GROSS_ERROR = 1e3
+"""[weights] From it on a residual counts by its size and no longer by its square (Huber 1964). Why: what is
+wrong so grossly draws a fit in one direction, but does not outweigh all the rest of the data."""
+FIRST_DAMPING = 1e-4
+"""[share of the curvature] With which a fit starts. Why: assumed; the first step is nearly a whole one."""
+LARGER_DAMPINGS = (10.0, 100.0, 1e3, 1e5)
+"""[times the damping] Tried side by side where a step fails. Why: assumed; the last leaves only the steepest
+way, a little."""
+FAIR_GAIN = 0.25
+"""[share of the gain promised] A step with less has its derivative worked out anew. Why: the usual bound
+below which a trust region shrinks."""
+FIT_CONVERGED = 2e-4
+"""[relative fall of the sum of squares] A smaller one is not worth another step. Why: far below what
+decides between hypotheses (`PAYS_SHARE`)."""
+FOLD_CONVERGED = 1e-3
+"""[the same] Of a fit without a fold. Why: its rows are predicted, no numbers are reported of it."""
+FOLD_FIRST_ORDER = 0.1
+"""[share of the error of the rows left out] The change by which these rows may be predicted to first order.
+Why: what bends on so short a way changes their error by a hundredth or so, a third of what pays."""
+MOST_FOLD_STEPS = 12
+"""[steps] Of a fit without a fold. Why: it starts at the fit to all rows."""
+NO_INFLUENCE = 1e-2
+"""[weights, root mean square, per scale] A number that changes the residuals by less is left alone. Why: a
+hundredth of the noise."""
+NEAR_BOUND = 1e-3
+"""[scales of the parameter] A number so near to its bound is at it. Why: no such change matters."""
+MOST_VALLEY_TRIALS = 100
+"""[trials] Of the thorough search for the bottom of a valley. Why: assumed; it bounds the time."""
+FOLD_STEP_PARTS = (1.0, 0.3, 0.1)
+"""[share of the step] Tried in this order, until the error on the rows kept falls. Why: a whole step may
+leave the range in which the model is nearly linear."""
+NO_DAMPING = 1e-9
+"""[share of the normal matrix's diagonal] Of the step that leaves a fold out. Why: next to none; it keeps the
+matrix regular where numbers do the same."""
+ROWS_TO_SCAN_BY = 100
+"""[rows] Of whole trials, for a scan. Why: a scan tells minima apart that lie a twelfth of a range from one
+another, which a hundred rows show."""
+GRID_VALUES = (12, 6)
+"""[values per number] Of the scan of one number, and of two. Why: a delay of nine seconds has a lesser
+minimum nearby; twelve values of its range step over that."""
+SCANNED_SIZES = (-12.0, -4.0, -1.0, 1.0, 4.0, 12.0)
+"""[scales of the parameter] Where more than two numbers are scanned, one at a time. Why: both signs, as the
+zero of a slack tendon's drive does nothing on one side; the sizes of most causes that matter."""
+LONGEST_STEP = 20.0
+"""[scales of the parameter] Of one iteration. Why: assumed; beyond it the derivative says nothing."""
 
 # ----------------------------------------------------------------------------------------------------
 # What a hypothesis predicts: its robot, and that robot's outputs as they would be measured.

@@ -17,22 +17,43 @@ from catheter_sim.core.effect import Parameter
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.nuisance import Nuisance
-from catheter_sim.diagnosis.thresholds import (
-    FEWEST_POINTS,
-    FLAT_SHARE,
-    LEAST_TURN_WEIGHT,
-    METRES_LEFT_SHARE,
-    METRES_SPREAD,
-    ROUNDING_SHARE,
-    SLIGHT_DEG,
-    SLIGHT_SHIFT_MM,
-    TURN_CONVINCING,
-    TURN_EQUAL,
-    TURN_LIKELIER,
-    UNSHIFTED_SHARE,
-)
+from catheter_sim.diagnosis.thresholds import ROUNDING_SHARE
 from catheter_sim.diagnosis.trials import QUATERNION, Dataset, Trial, measured_of, points_of
 from catheter_sim.theory.twins import Predict
+
+FEWEST_POINTS = 8
+"""[points] With fewer measured points the tracker's frame is not looked for. Why: assumed; a rigid motion
+has six numbers, and a model that errs needs more points than that."""
+TURN_CONVINCING = 0.35
+"""[error with a turn over the error without] Below it the turn is taken. Why: assumed; a turn must take
+most of the error."""
+TURN_LIKELIER = 0.75
+"""[the same] Below it an exchange of axes is taken where no turn would leave the points farther off than a
+slight shift. Why: measured on a model that errs by half its motion, beside which exchanged axes must still
+show."""
+TURN_EQUAL = 1.05
+"""[times the least error] Turns within it do as well; the least turn is taken. Why: points on a line leave
+the turn about it open, and only rounding and noise part such turns."""
+SLIGHT_DEG = 30.0
+"""[deg beyond an exchange of axes] A turn up to it is left to the cause `measurement_frame`. Why: assumed; a
+tracker that somebody set up in the base frame is turned by less."""
+SLIGHT_SHIFT_MM = 50.0
+"""[mm] A shift up to it is left to the cause `measurement_frame`. Why: it is the bound of that cause."""
+UNSHIFTED_SHARE = 0.05
+"""[share of the points] So many may be off by less than a slight shift where the whole tracker is shifted.
+Why: assumed; single outliers must not decide."""
+METRES_SPREAD = (250.0, 4000.0)
+"""[computed spread over measured] Between the two the positions are taken for metres. Why: 1000 within a
+factor of four, by which a model may err."""
+METRES_LEFT_SHARE = 0.5
+"""[share of the computed spread] The error that must remain below it with the positions taken as metres.
+Why: assumed; a model that errs by more says nothing about units."""
+LEAST_TURN_WEIGHT = 1e-9
+"""[share of the points' product] How much no turn weighs beside the points. Why: it decides only what the
+points leave open, and stays above rounding."""
+FLAT_SHARE = 0.02
+"""[second extent of the points over the first] Below it the points lie on a line, about which the turn
+cannot be told. Why: assumed; noise of a tracker is about a hundredth of the motion."""
 
 # ----------------------------------------------------------------------------------------------------
 # How measured positions were moved into the robot's base frame, as a value, in JSON and in words.

@@ -13,8 +13,12 @@ from scipy.special import stdtrit
 from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.fit import Fit, fit, influential, linearised
 from catheter_sim.diagnosis.problem import Problem, box_of, prior_of
-from catheter_sim.diagnosis.thresholds import INTERVAL_TOLERANCE, TRUSTED_SHARE
+from catheter_sim.diagnosis.thresholds import TRUSTED_SHARE
 from catheter_sim.diagnosis.trials import measured_of
+
+INTERVAL_TOLERANCE = 0.05
+"""[share of the way between two values that enclose an interval's end] How exactly the end is found. Why:
+an interval's end is told by two digits."""
 
 # ----------------------------------------------------------------------------------------------------
 # How sure fitted numbers are: 95 % intervals from the curvature at the fit, or along its valley.

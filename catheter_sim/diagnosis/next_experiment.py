@@ -25,21 +25,7 @@ from catheter_sim.diagnosis.programmes import (
     programmes_within,
 )
 from catheter_sim.diagnosis.result import NEXT_EXPERIMENT_FILE, NONE, NextExperiment, Separation
-from catheter_sim.diagnosis.thresholds import (
-    ALIVE_BELIEF,
-    ENOUGH_APART_NOISE,
-    IDLE_BELIEF,
-    INFORMATION_DRAWS,
-    MARKER_NOISE,
-    MOST_OF_STRETCH,
-    NATS_PER_MINUTE,
-    REFITTED_PROGRAMMES,
-    ROWS_AS_ONE,
-    SENSOR_WORTH,
-    SURE_BELIEF,
-    TELLS_APART_NOISE,
-    TRUSTED_SHARE,
-)
+from catheter_sim.diagnosis.thresholds import NATS_PER_MINUTE, SURE_BELIEF, TRUSTED_SHARE
 from catheter_sim.diagnosis.trials import Trial, unit_of
 from catheter_sim.diagnosis.verdict import replays
 from catheter_sim.diagnosis.workers import SERIAL, OutOfTime, Workers, map_calls
@@ -47,6 +33,36 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
 from catheter_sim.theory.twins import twin_for
+
+TELLS_APART_NOISE = 2.0
+"""[times the noise, root mean square] Inputs that part two causes by it tell them apart. Why: assumed; over
+hundreds of rows that is far beyond chance."""
+ENOUGH_APART_NOISE = 10.0
+"""[times the noise] More does not matter. Why: inputs that part several rivals well win over those that
+part one extremely well."""
+ALIVE_BELIEF = 0.05
+"""[probability] A hypothesis below it is not asked about by the best next experiment. Why: a report shows
+none below it either (`LEAST_SHOWN_PROBABILITY`)."""
+IDLE_BELIEF = 0.02
+"""[probability] Of a cause that nothing speaks for, where fewer than two hypotheses are alive. Why: what was
+measured may never have shown it, as single pulls show no play; one in fifteen causes or so is at work."""
+ROWS_AS_ONE = 4.0
+"""[rows] That count as one where information is worked out. Why: rows of one stretch err together, by what no
+hypothesis knows; assumed."""
+MOST_OF_STRETCH = 0.3
+"""[nat] That one stretch of an experiment may tell. Why: ten must agree before two equals are told apart with
+`SURE_BELIEF`. A diagnosis turns the signs of stretches (`PAYS_CHANCE`), and cuts one cycle in several."""
+INFORMATION_DRAWS = 200
+"""[draws] Of data of each hypothesis. Why: the information is then known to 0.03 nat."""
+REFITTED_PROGRAMMES = 6
+"""[programmes] Of which, at most, every hypothesis is fitted anew to what every other one says. Why: assumed;
+fits cost a hundred times what a derivative does; mostly the first by derivatives stays the first."""
+SENSOR_WORTH = 0.1
+"""[nat] That one more sensor must tell beyond the proposed inputs to be worth a word. Why: assumed; a seventh
+of what settles between two causes."""
+MARKER_NOISE = {"mm": 0.2, "deg": 0.3, "N": 0.02}
+"""[mm, deg, N] Of a further sensor, where no output of its unit is measured. Why: assumed; trackers and load
+cells of the papers' benches."""
 
 # ----------------------------------------------------------------------------------------------------
 # Which hypotheses are still alive after a diagnosis, and how much each is believed.

@@ -24,11 +24,18 @@ from catheter_sim.diagnosis.residuals import (
     stack,
 )
 from catheter_sim.diagnosis.result import DiagnosisResult, TrialFit
-from catheter_sim.diagnosis.thresholds import LEAP_SHARE, PAUSE_FACTOR, SHOWN_MOTION_SHARE
 from catheter_sim.diagnosis.trials import TIP, Dataset, points_of, unit_of
 from catheter_sim.diagnosis.words import axis_label, before_model, errors_of
 from catheter_sim.pictures.curves import COLOURS, LEGEND, entitle, panels_of, png_of, tidy_axes
 from catheter_sim.tables import Table
+
+SHOWN_MOTION_SHARE = 0.02
+"""[share of the output that moves most] An output that moves less is not drawn. Why: it shows nothing."""
+LEAP_SHARE = 0.2
+"""[share of a path's range, from row to row] Beyond it rows are drawn as places that no line joins. Why: two
+postures in random order lie a third of the range apart and more, two of a path of twenty rows a tenth."""
+PAUSE_FACTOR = 5.0
+"""[times the median step] A longer pause breaks a line. Why: no line may cross rows that were left out."""
 
 # ----------------------------------------------------------------------------------------------------
 # The picture of one view of the residuals: their mean along a coordinate, before and after.

@@ -58,7 +58,6 @@ from catheter_sim.diagnosis.result import (
     TrialFit,
     UnitResult,
 )
-from catheter_sim.diagnosis.thresholds import MISTAKE_SURER, SMALLEST_WEIGHT_SHARE
 from catheter_sim.diagnosis.trials import (
     Dataset,
     Trial,
@@ -71,6 +70,13 @@ from catheter_sim.diagnosis.trials import (
 from catheter_sim.diagnosis.workers import Workers, twin_of, workers
 from catheter_sim.progress import Stages
 from catheter_sim.theory.twins import Predict, Prediction
+
+MISTAKE_SURER = 0.85
+"""[error with a mistake put right over that with the tracker moved] Below it the mistake is believed and
+nothing is moved. Why: assumed; both explain inches for mm, and the simpler one must do better."""
+SMALLEST_WEIGHT_SHARE = 1e-3
+"""[share of the spread of a unit's measurements] A unit's weight is at least so much. Why: noiseless data
+of a test would have none."""
 
 # ----------------------------------------------------------------------------------------------------
 # What every stage of a diagnosis may use: where fits run, and how to say what is being done.

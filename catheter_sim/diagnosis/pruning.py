@@ -13,9 +13,16 @@ from catheter_sim.diagnosis.noise import errors_of, rmse_by_unit
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.problem import Problem, with_fewer_rows
 from catheter_sim.diagnosis.result import Cause, FittedParameter, UnitResult
-from catheter_sim.diagnosis.thresholds import LARGE_GAIN_PERCENT, LEAST_GAIN_PERCENT, NO_GAIN_PERCENT
+from catheter_sim.diagnosis.thresholds import LARGE_GAIN_PERCENT
 from catheter_sim.diagnosis.verdict import held_out
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
+
+LEAST_GAIN_PERCENT = 0.5
+"""[% of the error before] A cause with less on held-out data is not named. Why: assumed; less is no cause
+that anybody would mend."""
+NO_GAIN_PERCENT = 0.1
+"""[% of the error before] The same once other causes were left out. Why: then small shares move about, and
+only what has none goes too."""
 
 # ----------------------------------------------------------------------------------------------------
 # Whether a cause's fitted numbers are likely at all: a fit also uses causes to soak up what is missing.

@@ -12,25 +12,53 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.notes import Note
-from catheter_sim.diagnosis.thresholds import (
-    COPY_PROBES,
-    COPY_ROWS,
-    COPY_STEPS,
-    FEWEST_READINGS,
-    FEWEST_STEPS,
-    FROZEN_DRIVEN_SHARE,
-    FROZEN_ROWS,
-    FROZEN_SHARE,
-    GRID_FILLED_SHARE,
-    GRID_MISSED_SHARE,
-    GRID_SHARE,
-    MOST_STEPS,
-    SHARED_READINGS,
-    STALE_SHARE,
-    STALE_VALUES_SHARE,
-    STEP_BY_STEP,
-)
+from catheter_sim.diagnosis.thresholds import STEP_BY_STEP
 from catheter_sim.diagnosis.trials import Dataset, Trial, all_inputs, measured_of, unit_of
+
+FROZEN_SHARE = 0.15
+"""[share of a trial's rows] A sensor that repeats one value over more of them is frozen. Why: assumed; a
+robot that is driven changes a measured value from row to row, by its noise alone."""
+FROZEN_ROWS = 8
+"""[rows] The same for short trials: fewer repeats are no frozen sensor. Why: assumed; coarse sensors repeat
+values over a few rows."""
+FROZEN_DRIVEN_SHARE = 0.3
+"""[share of an input's range] It must pass through so much of it meanwhile. Why: a sensor may well repeat
+its value while the robot is held still."""
+STALE_SHARE = 0.3
+"""[share of the rows] That repeat all outputs of the row before while the robot is driven: from it on repeats
+are old readings. Why: assumed; by noise alone no row repeats in all its digits."""
+STALE_VALUES_SHARE = 0.5
+"""[values per change] With fewer a sensor counts coarsely, and repeats what it measures. Why: assumed; a
+reading of a fine sensor never comes again."""
+FEWEST_READINGS = 8
+"""[distinct readings] Fewer show no grid. Why: assumed; a few numbers are at equal distances by chance."""
+FEWEST_STEPS = 20
+"""[steps] A column that moves by less shows no grid by itself. Why: assumed; a handful of levels, each set by
+hand, are at equal distances too."""
+MOST_STEPS = 1e5
+"""[steps in the largest reading] With more, readings are continuous. Why: six digits are how many numbers are
+printed, whatever measured them; what rounds them there is far below any noise."""
+GRID_SHARE = 0.9
+"""[share of the distinct readings] That must lie on a decimal grid. Why: of continuous readings a tenth lies
+on any; cells that somebody filled in lie off it."""
+GRID_MISSED_SHARE = 0.1
+"""[share of a step] That readings may lie off the grid of a counting sensor, in all. Why: eight readings are
+as near by chance once in a million times."""
+GRID_FILLED_SHARE = 0.95
+"""[share of the grid's points] From it on a grid may be a ramp of commands, followed without noise. Why:
+readings of a sensor leave points out, unless many commands share each of them."""
+SHARED_READINGS = 2.0
+"""[commands per reading] Many commands share each reading of a sensor that counts. Why: as of
+`GRID_FILLED_SHARE`; a model without noise has a reading of its own for each."""
+COPY_ROWS = 12
+"""[rows] So many rows in a row that agree to the last digit are a copy. Why: assumed; noise of a few steps
+of the last digit repeats in one row of ten at most, so that twelve of them are no chance."""
+COPY_STEPS = 2.0
+"""[steps of the last digit] A column less noisy tells nothing about copies. Why: a coarse sensor gives the
+same readings whenever a robot repeats a motion."""
+COPY_PROBES = 16
+"""[rows] Of a trial that are looked for in another one. Why: a copied part of an eighth of a trial holds two
+of them."""
 
 # ----------------------------------------------------------------------------------------------------
 # The resolution of readings: the step of the grid on which they lie.

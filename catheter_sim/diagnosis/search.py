@@ -29,24 +29,10 @@ from catheter_sim.diagnosis.problem import (
 from catheter_sim.diagnosis.result import Cause
 from catheter_sim.diagnosis.thresholds import (
     ANOTHER_FORM,
-    BEAM,
-    CHOICE_ROUNDS,
-    FINALISTS,
-    FIRST_IN_ALL_FORMS,
-    HOPELESS_FACTOR,
     MOST_CAUSES,
     MOST_FIT_STEPS,
-    MOST_FORMS,
-    MOST_ROUGH_STEPS,
-    MOST_SINGLES,
     NEAR_NOISE,
-    NEAR_SETS,
-    NEAR_TERMS,
-    PAIRS,
-    PAIRS_IN_MOTION,
-    PATIENCE,
     PAYS_CHANCE,
-    RIVALS,
 )
 from catheter_sim.diagnosis.workers import (
     SERIAL,
@@ -66,6 +52,49 @@ from catheter_sim.diagnosis.workers import (
     work_out,
 )
 from catheter_sim.effects import EFFECTS
+
+MOST_SINGLES = 8
+"""[hypotheses] Of a single cause, fitted where the robot moved: the best probed. Why: each is simulated, at
+some hundred times what an analytic twin costs; a cause that does much alone is among the first."""
+MOST_ROUGH_STEPS = 4
+"""[steps] Of a fit that only says which sets of two are worth fitting well. Why: the first steps take most of
+what there is to take."""
+FIRST_IN_ALL_FORMS = 2
+"""[single causes] The best ones are tried in all their forms before sets of two. Why: a hidden law of the
+fifth power comes first or second as one of the third."""
+HOPELESS_FACTOR = 1.2
+"""[times the cross-validated error of the set beside] A set that errs by more on what it was fitted to is not
+cross-validated well. Why: what is left out it tells worse still, and sets are equal within `EQUAL_FACTOR`."""
+BEAM = 3
+"""[sets of causes] To which another cause is added. Why: the best set of two need not hold the best single
+cause; `tests/diagnosis/test_select.py` has pairs that a smaller one misses."""
+PATIENCE = 1
+"""[steps] That need not pay, if the next one does. Why: two causes may pay where neither does alone;
+`tests/diagnosis/test_select.py` has such a pair."""
+CHOICE_ROUNDS = 3
+"""[rounds] Of choosing, if something better stands in a cause's place in the end. Why: assumed; it ends the
+exchange of two causes for one another."""
+FINALISTS = 3
+"""[hypotheses] Fitted in one step; as many of few numbers, and as many beside the best set. Why: a probe is
+one step of a fit, which ranks well but not surely."""
+PAIRS = 24
+"""[sets of two causes] Fitted roughly where those beside the best single causes leave structure. Why: one
+step from a single cause tells little of a set whose numbers are both far from it."""
+PAIRS_IN_MOTION = 6
+"""[sets of two causes] The same where the robot moved. Why: assumed; twice the `FINALISTS`, as each robot is
+simulated."""
+RIVALS = 2
+"""[hypotheses] Fitted in the place of each chosen cause. Why: assumed; what does as well ranks first among
+the probes."""
+NEAR_TERMS = 10
+"""[variants of causes] The best probed ones, of which two at a time are tried in the place of one or two
+chosen causes. Why: assumed; of ten there are forty-five pairs, each ranked in a millisecond."""
+NEAR_SETS = 4
+"""[hypotheses] Of each size, near the set at which a search ends, that are fitted. Why: assumed; ten or so in
+all cost as much as one more step of the search."""
+MOST_FORMS = 8
+"""[hypotheses] Other variants of a set's causes, fitted where the search would end. Why: assumed; it bounds
+the time."""
 
 # ----------------------------------------------------------------------------------------------------
 # In which of its forms a chosen cause acts: the forms compete on stretches left out.

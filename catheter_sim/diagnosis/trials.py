@@ -28,22 +28,36 @@ from catheter_sim.core.robot import RobotSpec, as_number
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.nuisance import Nuisance
 from catheter_sim.diagnosis.thresholds import (
-    CLOCK_ROUNDING,
     FEWEST_VALUES,
     FOLDS,
     GAIN_CHANCE,
     HELDOUT_SHARE,
-    LEAST_BLOCK_S,
-    MOST_HELDOUT_SHARE,
-    MOST_PRETENSION_SHARE,
-    NOISE_ROWS,
     PAYS_CHANCE,
-    PEAK_SHARE,
     STILL_SHARE,
-    VALLEY_SHARE,
 )
 from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table
+
+MOST_HELDOUT_SHARE = 0.5
+"""[share of the rows] The same where less would hold too few stretches to prove a gain. Why: assumed; as much
+is left to fit."""
+VALLEY_SHARE = 0.25
+"""[share of the peaks on both sides] A valley of the pull below it ends a cycle. Why: assumed; partial
+loops that end a way back keep more pull than that."""
+PEAK_SHARE = 0.1
+"""[share of the trial's largest pull] A peak must reach it to count. Why: below it is noise about rest."""
+MOST_PRETENSION_SHARE = 0.4
+"""[share of the largest pull] What a tenth of the rows do not exceed is a standing pretension up to this
+size. Why: a robot whose lowest pull is higher never rests, so that no row of it is rest."""
+NOISE_ROWS = 3
+"""[values of one series] With fewer its noise is not told. Why: it is told from second differences
+(`diagnosis.noise.white_noise`)."""
+LEAST_BLOCK_S = 1.0
+"""[s] Stretches of rows that count as one, at least, in motion. Why: rows a hundredth of a second apart are
+no independent values; a robot's swing lasts some tenths of a second."""
+CLOCK_ROUNDING = 1e-6
+"""[share of a stretch] That a clock's digits may lack of it. Why: fifty steps of 0.1 s add up to 2e-15 s less
+than 5 s; epoch seconds have seven digits behind the point."""
 
 # ----------------------------------------------------------------------------------------------------
 # How the robot moved while data were taken.

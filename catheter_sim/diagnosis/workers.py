@@ -55,20 +55,32 @@ from catheter_sim.diagnosis.problem import (
 )
 from catheter_sim.diagnosis.readings import resolution_of
 from catheter_sim.diagnosis.result import FittedParameter
-from catheter_sim.diagnosis.thresholds import (
-    DERIVATIVE_STEP,
-    LONGER_STEPS,
-    PROBE_DAMPINGS,
-    PROBE_HALVINGS,
-    SECONDS_TO_STEP_BY,
-    SHORTLIST,
-    STEP_SHARE,
-)
+from catheter_sim.diagnosis.thresholds import DERIVATIVE_STEP
 from catheter_sim.diagnosis.trials import Dataset, Trial, beginnings, measured_of
 from catheter_sim.errors import InputError
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.tables import replaced_when_whole
 from catheter_sim.theory.twins import MovingPrediction, Prediction, moving_twin_for, twin_for
+
+LONGER_STEPS = (2, 4)
+"""[times the robot's own step in motion] Tried for fits, in this order. Why: each halves the time; four times
+half a millisecond still is a hundredth of the period of a fast swing."""
+STEP_SHARE = 0.1
+"""[share of the noise, root mean square] By which longer steps may change an output. Why: assumed; a tenth
+of the noise moves fitted numbers by a tenth of their intervals or less."""
+SECONDS_TO_STEP_BY = 6.0
+"""[s] Of the trials' beginnings together, on which steps are compared. Why: assumed; it costs no more than
+two robots of a choice do."""
+PROBE_DAMPINGS = (1e-3, 0.3, 10.0)
+"""[share of the normal matrix's diagonal] Of the steps of a probe. Why: a whole step, one half as long, and a
+short one where the derivative misleads."""
+PROBE_HALVINGS = 2
+"""[halvings] Of a probe's step that makes things worse, at most. Why: the play of a robot in motion started
+four times too wide (draw 4 of the bench in motion, seed 12), and was not among those fitted: 25 minutes
+instead of one."""
+SHORTLIST = 3
+"""[hypotheses] Beyond those to be fitted, of which the first step is computed with the full model. Why: their
+derivatives rank them well but not surely."""
 
 # ----------------------------------------------------------------------------------------------------
 # Results as data: what a call returned as bytes of an NPZ file, and back, to the last bit.

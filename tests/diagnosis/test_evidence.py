@@ -7,7 +7,7 @@ import pytest
 from planted import displacement_history, pair_history, small_robot
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.diagnosis.fit import fit, residuals, tempered, untempered
+from catheter_sim.diagnosis.fit import GROSS_ERROR, fit, residuals, tempered, untempered
 from catheter_sim.diagnosis.noise import (
     errors_of,
     gain_interval,
@@ -21,7 +21,6 @@ from catheter_sim.diagnosis.noise import (
     white_noise,
 )
 from catheter_sim.diagnosis.problem import Problem, Term, fitted_numbers
-from catheter_sim.diagnosis.thresholds import GROSS_ERROR
 from catheter_sim.diagnosis.trials import TIP, Trial
 from catheter_sim.tables import Table
 

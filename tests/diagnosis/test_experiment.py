@@ -12,10 +12,9 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import read_inputs
 from catheter_sim.diagnosis.comparison import rival_groups
 from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.next_experiment import advice, next_experiment
+from catheter_sim.diagnosis.next_experiment import TELLS_APART_NOISE, advice, next_experiment
 from catheter_sim.diagnosis.problem import Problem, Term
 from catheter_sim.diagnosis.programmes import programmes
-from catheter_sim.diagnosis.thresholds import TELLS_APART_NOISE
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.tables import Table
 

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from catheter_sim.diagnosis.next_experiment import Predictive, from_refits, information
-from catheter_sim.diagnosis.thresholds import MOST_OF_STRETCH
+from catheter_sim.diagnosis.next_experiment import MOST_OF_STRETCH, Predictive, from_refits, information
 
 STRETCHES = np.repeat(np.arange(20), 5)
 ALTERNATING = np.where(np.arange(100) % 2, 1.0, -1.0)

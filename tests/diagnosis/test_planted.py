@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from planted import catheter_data, chest_data, section_data, small_data
 
+from catheter_sim.diagnosis.next_experiment import TELLS_APART_NOISE
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.result import DiagnosisResult
-from catheter_sim.diagnosis.thresholds import TELLS_APART_NOISE
 
 pytestmark = pytest.mark.slow
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from made_up import pulled_by
 
-from catheter_sim.diagnosis.residuals import TESTS, _tested, structure_tests, turning_points
+from catheter_sim.diagnosis.residuals import STRUCTURE_DRAWS, TESTS, _tested, structure_tests, turning_points
 from catheter_sim.diagnosis.result import TrialFit
-from catheter_sim.diagnosis.thresholds import STRUCTURE_DRAWS
 from catheter_sim.tables import Table
 
 CYCLES, ROWS = 16, 24

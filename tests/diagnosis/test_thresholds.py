@@ -1,16 +1,17 @@
-"""Every number by which a diagnosis decides stands in one file, with its unit and its reason."""
+"""Every number by which a diagnosis decides stands in the file that needs it, with its unit and reason."""
 
 from __future__ import annotations
 
 import ast
+import itertools
 import re
 from pathlib import Path
 
 import catheter_sim.diagnosis
-from catheter_sim.diagnosis import thresholds
 
 FOLDER = Path(catheter_sim.diagnosis.__file__).parent
-OWN = "thresholds.py"
+PACKAGE = FOLDER.parent
+SHARED = "thresholds.py"
 # What decides nothing: factors between units, sizes of files and pictures, waiting times, scales of numbers.
 NO_THRESHOLDS = {
     "document.py": {"_DIGITS"},
@@ -56,46 +57,41 @@ def constants(path: Path) -> dict[str, ast.stmt]:
     return found
 
 
-def test_no_other_file_holds_a_threshold() -> None:
-    """A constant that holds a number stands in `thresholds`, or is listed here as none."""
-    elsewhere: dict[str, set[str]] = {}
-    for path in FOLDER.rglob("*.py"):
-        name = path.relative_to(FOLDER).as_posix()
-        if name != OWN and constants(path):
-            elsewhere[name] = set(constants(path))
-    assert elsewhere == NO_THRESHOLDS
-
-
 def test_thresholds_say_their_unit_what_they_decide_and_why() -> None:
-    """The text after each constant: "[unit] what it decides. Why: the reason."."""
-    path = FOLDER / OWN
-    body = ast.parse(path.read_text(encoding="utf-8")).body
-    names = list(constants(path))
-    assert len(names) > 100
-    for name in names:
-        after = body[body.index(next(node for node in body if is_assignment_of(node, name))) + 1]
-        assert isinstance(after, ast.Expr), name
-        assert isinstance(after.value, ast.Constant), name
-        text = " ".join(str(after.value.value).split())
-        assert re.fullmatch(r"\[[^\]]+\] .*\bWhy: .+\.", text), f"{name}: {text}"
-
-
-def is_assignment_of(node: ast.stmt, name: str) -> bool:
-    """Return whether a statement gives a value to `name`."""
-    return isinstance(node, ast.Assign) and any(
-        isinstance(target, ast.Name) and target.id == name for target in node.targets
-    )
-
-
-def test_every_threshold_is_used() -> None:
-    """By a file of the diagnosis other than their own."""
-    words: set[str] = set()
+    """The text after each: "[unit] what it decides. Why: the reason."; others are listed as no thresholds."""
+    silent: dict[str, set[str]] = {}
+    found = 0
     for path in FOLDER.rglob("*.py"):
-        if path.name != OWN:
-            words.update(re.findall(r"\w+", path.read_text(encoding="utf-8")))
-    unused = [
-        name
-        for name in vars(thresholds)
-        if name == name.upper() and not name.startswith("_") and name not in words
-    ]
-    assert unused == []
+        body = ast.parse(path.read_text(encoding="utf-8")).body
+        texts = {before.lineno: after for before, after in itertools.pairwise(body)}
+        for name, node in constants(path).items():
+            after = texts.get(node.lineno)
+            text = ""
+            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+                text = " ".join(str(after.value.value).split())
+            if re.fullmatch(r"\[[^\]]+\] .*\bWhy: .+\.", text):
+                found += 1
+            else:
+                silent.setdefault(path.relative_to(FOLDER).as_posix(), set()).add(name)
+    assert silent == NO_THRESHOLDS
+    assert found > 200
+
+
+def test_thresholds_stand_where_they_are_used() -> None:
+    """One that a single file needs stands in it and is used there; what files share, two of them use."""
+    used = {path: names_used(path) for path in PACKAGE.rglob("*.py")}
+    for path in FOLDER.rglob("*.py"):
+        for name in constants(path):
+            if path.name == SHARED:
+                assert sum(name in names for other, names in used.items() if other != path) > 1, name
+            elif not name.startswith("_"):
+                assert name in used[path], f"{path.name}: {name}"
+
+
+def names_used(path: Path) -> set[str]:
+    """Return the names that a file reads."""
+    return {
+        node.id
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
+    }

@@ -7,9 +7,8 @@ import pytest
 from made_problem import gain_problem, noisy, pulls, trial_of
 
 from catheter_sim.arrays import Array
-from catheter_sim.diagnosis.changes.differences import unpredicted_share
+from catheter_sim.diagnosis.changes.differences import MOST_MODEL_SHARE, unpredicted_share
 from catheter_sim.diagnosis.result import UnitResult
-from catheter_sim.diagnosis.thresholds import MOST_MODEL_SHARE
 from catheter_sim.diagnosis.verdict import most_error_remains, structured_remainder
 
 COLUMN = ("tip_x_mm",)

@@ -13,9 +13,9 @@ from catheter_sim.diagnosis.next_experiment import _apart
 from catheter_sim.diagnosis.problem import Problem, Term
 from catheter_sim.diagnosis.pruning import named_causes
 from catheter_sim.diagnosis.result import UnitResult
-from catheter_sim.diagnosis.thresholds import NEAR_NOISE, ROUGH_NOISE
+from catheter_sim.diagnosis.thresholds import NEAR_NOISE
 from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.diagnosis.verdict import held_out, verdict_of
+from catheter_sim.diagnosis.verdict import ROUGH_NOISE, held_out, verdict_of
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
 

@@ -33,19 +33,7 @@ from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.readings import resolution_of, rounding_of, without_frozen_readings
 from catheter_sim.diagnosis.residuals import turning_points
 from catheter_sim.diagnosis.result import Cause, FittedParameter
-from catheter_sim.diagnosis.thresholds import (
-    BASELINE_BUDGET,
-    COMMON_SHARE,
-    COURSE_MISSED,
-    COURSE_SURER,
-    EARLIER_CAUSES,
-    MODEL_SHARE,
-    MOST_MODEL_SHARE,
-    NEAR_NOISE,
-    PAIR_SHARE,
-    SAME_WAY_SHARE,
-    STRETCH_SHARE,
-)
+from catheter_sim.diagnosis.thresholds import EARLIER_CAUSES, NEAR_NOISE
 from catheter_sim.diagnosis.trials import (
     Dataset,
     Trial,
@@ -59,6 +47,37 @@ from catheter_sim.diagnosis.words import listed
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table
 from catheter_sim.theory.twins import Prediction
+
+PAIR_SHARE = 0.005
+"""[share of an input's range] By which the inputs of paired rows may differ. Why: assumed; a servo's
+command comes back within a few thousandths; half a percent of the reach moves a tip by about its noise."""
+SAME_WAY_SHARE = 0.15
+"""[share of an input's range] By which the inputs of one programme may differ at any row when a moving robot
+plays it twice. Why: a real trunk's motors, measured while they carried other weights, came within 0.14; the
+model is told of the difference, and errs by little more over it."""
+STRETCH_SHARE = 0.1
+"""[share of an input's range] From row to row, up to which errors are taken to be linear between two rows.
+Why: assumed; a side of a loop in ten steps is nearly straight in each, a longer step may hide a turn."""
+MODEL_SHARE = 0.35
+"""[share of the error before] So much of a change may be left, beside the noise, by a model that does not
+explain the earlier recording either. Why: such a model is wrong about how much a change does, too: on a real
+trunk with known weights by 0.21 and 0.28; more causes would only mend the model."""
+MOST_MODEL_SHARE = 0.8
+"""[share of the change] The same of a robot in motion, where nothing that follows from the commands tells the
+rest, at most. Why: learned from a real trunk, whose swings differ by as much as 100 g move it (0.79 left);
+a third of the squares must be told. Wrong names that it lets through have not been counted."""
+BASELINE_BUDGET = 0.4
+"""[share of the budget] For explaining the earlier recording. Why: assumed; the later one's search is the
+longer one where the earlier robot fits."""
+COURSE_SURER = 3.84
+"""[chi squared] By which one course of a number over recordings must miss by less than another to be told.
+Why: beyond it lie 5 % of the squares of one normal deviate."""
+COURSE_MISSED = 0.01
+"""[probability] Of as large a miss of the best course, below which the number went in another way. Why: one
+in a hundred right courses is called irregular."""
+COMMON_SHARE = 0.5
+"""[share of a variance] Of a change since the first recording that is that recording's own, common to all.
+Why: assumed; it scatters as the others do."""
 
 # ----------------------------------------------------------------------------------------------------
 # Which rows of two recordings pair: the same command, come to on the same way.
