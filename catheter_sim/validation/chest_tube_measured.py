@@ -175,7 +175,8 @@ def calibrate_draw(folder: Path, shapes_mm: Array, seed: int, jobs: int = 1) -> 
     """Write a draw to `folder`, diagnose it, and return what came of it."""
     write_draw(folder, shapes_mm, seed)
     dataset = load_dataset(folder)
-    diagnosis = diagnose_dataset(dataset, Workers(jobs), simulation=False)
+    # Three held-out rows are too few to name a cause, which is not asked here: numbers are calibrated.
+    diagnosis = diagnose_dataset(dataset, Workers(jobs), simulation=False, search_anyway=True)
     train, heldout = split(dataset)
     problem = training_problem(dataset, train)
     (fitted,) = (item.before for item in diagnosis.fits if item.role == "heldout")
