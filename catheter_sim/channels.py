@@ -23,7 +23,7 @@ from catheter_sim.units import si_factor
 # Names of a robot's input and output columns, and inputs from their columns.
 #
 # Columns carry their unit in the name; the values in a `Table` are in that unit, those in `Inputs` and
-# `Posture` are SI. Only this file and `columns.py` convert one to the other.
+# `Posture` are SI.
 
 FORCE_CHANNELS = ("force_tip_x_N", "force_tip_y_N", "force_tip_z_N")
 MOMENT_CHANNELS = ("moment_tip_x_Nm", "moment_tip_y_Nm", "moment_tip_z_Nm")

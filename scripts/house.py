@@ -142,7 +142,7 @@ class House:
                 if any(word in written for word in ("compiled", "njit", "wp.", "inlined")):
                     if count > MOST_KERNEL_ARGUMENTS:
                         kernels.append(f"{file.name}.{node.name}: {count}")
-                elif node.name.startswith("_") and node.name != "__init__" and count > MOST_PRIVATE_ARGUMENTS:
+                elif is_private(node, self.owners.get(id(node), "")) and count > MOST_PRIVATE_ARGUMENTS:
                     private.append(f"{file.name}.{node.name}: {count}")
         return private, kernels
 
@@ -305,6 +305,12 @@ class House:
             found.append((file, function))
             waiting += reversed(list(self.calls(file, function)))
         return found
+
+
+def is_private(function: Function, owner: str) -> bool:
+    """Return whether a function is none of the public ones; a constructor is as public as its class."""
+    name = owner.rsplit(".", 1)[-1] if function.name == "__init__" else function.name
+    return name.startswith("_")
 
 
 def returns(walk: list[tuple[File, Function]]) -> int:

@@ -188,7 +188,7 @@ def changed_statics(change: Change, names: Sequence[str], called: list[str]) -> 
         stack.enter_context(patch.object(TheoryModel, "law", property(law)))
         for module in [m for n, m in sys.modules.items() if n.startswith("catheter_sim.validation.")]:
             for name, value in list(vars(module).items()):
-                if inspect.isfunction(value) and value.__name__ in names and ".theory." in value.__module__:
+                if inspect.isfunction(value) and value.__name__ in names and ".robots." in value.__module__:
 
                     def wrapped(*a: Any, function: Callable[..., Any] = value, **k: Any) -> Any:
                         return solve(function, *a, **k)

@@ -99,11 +99,12 @@ def test_a_path_follows_methods_by_their_classes_and_leaves_out_what_leads_nowhe
 
 
 def test_long_signatures_are_counted(tmp_path: Path) -> None:
-    """A private function of ten arguments, and a kernel of thirteen, but no class."""
+    """A private function of ten arguments, a private class's constructor, and a kernel of thirteen."""
     ten, thirteen = (", ".join(f"a{k}" for k in range(count)) for count in (10, 13))
     found = made(
         tmp_path,
         a=f"def _long({ten}): ...\n@compiled\ndef kernel({thirteen}): ...\ndef wide({ten}): ...\n"
-        f"class Open:\n    def __init__({ten}): ...\n",
+        f"class Open:\n    def __init__({ten}): ...\nclass _Own:\n    def __init__({ten}): ...\n",
     )
-    assert found.long_signatures == (["catheter_sim.a._long: 10"], ["catheter_sim.a.kernel: 13"])
+    private = ["catheter_sim.a._long: 10", "catheter_sim.a.__init__: 10"]
+    assert found.long_signatures == (private, ["catheter_sim.a.kernel: 13"])

@@ -8,24 +8,19 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import check_output_channels, output_table, read_inputs
+from catheter_sim.cli.arguments import columns, gravity
 from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import built_in, in_force
 from catheter_sim.errors import InputError
 from catheter_sim.tables import Table, read_table, time_text, write_table
-
-if TYPE_CHECKING:
-    pass
-
-from catheter_sim.cli.arguments import columns, gravity
 
 _ROW = re.compile(r"row (\d+) \(time_s = [^)]*\)")  # as models and the simulation name a row of inputs
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
-import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
 
+from catheter_sim.validation import neuroendoscope, spacer_disk
 from catheter_sim.validation.report import CHECKS, checked_rows
+from tests.scripts_as_modules import script_module
 
 TRUTH = Path(__file__).resolve().parents[2] / "docs" / "truth"
 AS_IT_IS = "as it is"
@@ -48,16 +48,21 @@ def test_judged_lines_of_the_validations_table_were_tried() -> None:
     assert judged - checks == set()
 
 
+def test_static_models_that_checks_import_are_changed() -> None:
+    """A check that calls a static model by its name gets the changed one, and afterwards its own again."""
+    script = script_module("perturb_validation")
+    before = neuroendoscope.fkm_sliding, spacer_disk.constant_curvature
+    change = next(iter(script.CHANGES.values()))
+    with script.changed_statics(change, ["fkm_sliding"], []):
+        assert neuroendoscope.fkm_sliding is not before[0]
+        assert spacer_disk.constant_curvature is before[1]
+    assert (neuroendoscope.fkm_sliding, spacer_disk.constant_curvature) == before
+
+
 @pytest.mark.slow
-def test_changes_are_made_and_turn_lines_red(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changes_are_made_and_turn_lines_red(tmp_path: Path) -> None:
     """Of three quick checks the table is made anew: no line stays green, the page prints what turned it."""
-    place = Path(__file__).resolve().parents[2] / "scripts" / "perturb_validation.py"
-    spec = importlib.util.spec_from_file_location("perturb_validation", place)
-    assert spec is not None
-    assert spec.loader is not None
-    script = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, script)
-    spec.loader.exec_module(script)
+    script = script_module("perturb_validation")
     results = script.Results(tmp_path / "table.csv")
     wanted = {"validate_elongation", "validate_flow", "validate_transseptal"}
     for robot in ("mitral_4dof", "mitral_transseptal"):

@@ -370,8 +370,9 @@ class OneRobot:
             "But one unchanged robot explains both recordings equally well, so no change is shown. Repeat "
             "the earlier recording's commands.",
         )
-        found = compared(run, self.base, self.later, simulation, most=0)
-        return replace(found, diagnosis=replace(found.diagnosis, notes=(*found.diagnosis.notes, note)))
+        unchanged = compared(run, self.base, self.later, simulation, most=0)
+        notes = (*unchanged.diagnosis.notes, note)
+        return replace(unchanged, diagnosis=replace(unchanged.diagnosis, notes=notes))
 
 
 def _one_robot(run: DiagnosisRun, base: Baseline, after: Dataset) -> RobotSpec:
