@@ -42,8 +42,9 @@ MISTAKE_CONVINCING = 0.5
 """[error with a mistake put right over the error with it] Below it the mistake is believed. Why: nothing else
 halves an error; causes turn no sign, exchange nothing, and scale by less than the factors between units."""
 TENSION_BEYOND = (10.0, 100.0)
-"""[times the tension that bends the robot fully, without friction] The same of tensions. Why: assumed;
-friction asks for several times as much, mN for N is 1000."""
+"""[times the tension that bends the robot fully, without friction] A larger tension is reported; beyond the
+second number no such robot was pulled. Why: assumed; friction asks for several times as much, mN for N is
+1000."""
 MOTION_BEYOND = (2.2, 5.0)
 """[robot lengths] The same of a measured point's motion along an axis. Why: a tip that turns all round moves
 by two; cm for mm and the like are ten."""

@@ -39,8 +39,8 @@ from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table
 
 MOST_HELDOUT_SHARE = 0.5
-"""[share of the rows] The same where less would hold too few stretches to prove a gain. Why: assumed; as much
-is left to fit."""
+"""[share of the rows] How much is held out, at most, where less would hold too few stretches to prove a gain.
+Why: assumed; as much is left to fit."""
 VALLEY_SHARE = 0.25
 """[share of the peaks on both sides] A valley of the pull below it ends a cycle. Why: assumed; partial
 loops that end a way back keep more pull than that."""

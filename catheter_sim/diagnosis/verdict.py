@@ -47,8 +47,8 @@ from catheter_sim.simulation.replay import SimulationRun, simulate
 from catheter_sim.tables import Table
 
 ROUGH_NOISE = 3.0
-"""[times the noise floor] The same where the error shows no structure from row to row. Why: assumed; an
-error without structure shows no cause."""
+"""[times the noise floor] An error within it is no discrepancy where it shows no structure from row to row.
+Why: assumed; an error without structure shows no cause."""
 REMAINDER_NOISE = 2.0
 """[times the noise floor] What one cause leaves is small within it; beyond, it must have no structure. Why:
 one cause imitates less than several do, for which `NEAR_NOISE` counts."""
