@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from catheter_sim.arrays import Array
@@ -126,16 +127,7 @@ def joint_names(robot: RobotSpec) -> list[str]:
 
 def output_channels(robot: RobotSpec) -> list[str]:
     """Return the names of every output column that the robot has."""
-    outputs = outputs_of(robot)
-    return [
-        *(f"tip_{axis}_mm" for axis in "xyz"),
-        *QUATERNION,
-        *(f"body_{k}_{axis}_mm" for k in range(1, outputs.elements + 1) for axis in "xyz"),
-        *(f"marker_{marker.name}_{axis}_mm" for marker in robot.markers for axis in "xyz"),
-        *outputs.angles,
-        *(f"joint_{name}_deg" for name in outputs.joints),
-        *(f"tension_{name}_N" for name in outputs.tensions.values()),
-    ]
+    return [name for sort in SORTS for name in sort.names(robot)]
 
 
 def read_inputs(robot: RobotSpec, table: Table) -> Inputs:
@@ -249,9 +241,46 @@ def check_output_channels(robot: RobotSpec, names: Iterable[str], where: str) ->
 # From a robot's states to its output columns: the one place that writes them, in the columns' units.
 #
 # What columns show is worked out once (`shown_by`); then any number of rows, of one robot or of many that
-# are alike but for their numbers, are written at once (`write_columns`).
+# are alike but for their numbers, are written at once (`write_columns`). A new column is an entry of `SORTS`.
 
-Places = tuple[tuple[int, int], ...]  # of columns among all, and what each shows
+
+class Point(NamedTuple):
+    """A coordinate: of an element by its index, or of a marker, which are counted on from the elements."""
+
+    number: int
+    axis: int
+
+
+class StateRows(NamedTuple):
+    """What columns are read from, for rows of any shape.
+
+    Attributes:
+        p_w: positions of the elements that are shown, then of the markers, shape (..., k, 3) [m].
+        R_w: the tip's orientation, shape (..., 3, 3); None where none was worked out.
+        joint_angles: gives the joints' angles, shape (..., j) [rad]; asked only where a column shows them.
+        tension: at the actuators, shape (..., t) [N].
+    """
+
+    p_w: Array
+    R_w: Array | None
+    joint_angles: Callable[[], Array]
+    tension: Array
+
+
+@dataclass(frozen=True)
+class Sort:
+    """Output columns of one sort.
+
+    Attributes:
+        names: a robot's columns, each with what says which one it is; a `Point` is turned into its place
+            in `StateRows.p_w`.
+        values: of n columns by these, shape (..., n), in their unit.
+        turns: whether they show the tip's orientation.
+    """
+
+    names: Callable[[RobotSpec], Mapping[str, Any]]
+    values: Callable[[StateRows, list[Any]], Array]
+    turns: bool = False
 
 
 @dataclass(frozen=True)
@@ -265,98 +294,133 @@ class Shown:
         tip: place among `elements` of the one whose orientation is shown; None: no orientation is.
         markers: of every marker that is shown, its element's place among `elements`, and its own among the
             robot's markers.
-        coordinates: of every coordinate its place among `columns`, its point's among `elements` and then
-            `markers`, and its axis, shape (n,) each.
-        quaternion: places of columns, and which of (w, x, y, z) each is.
-        joints: places of columns, and which joint's angle each is.
-        angles: places of columns, and the joints whose angles' sum each is.
-        tensions: places of columns, and which tendon's each is.
+        parts: of each sort its columns' places, and which ones they are.
     """
 
     columns: tuple[str, ...]
     elements: tuple[int, ...]
     tip: int | None
-    markers: Places
-    coordinates: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]
-    quaternion: Places
-    joints: Places
-    angles: tuple[tuple[int, slice], ...]
-    tensions: Places
+    markers: tuple[tuple[int, int], ...]
+    parts: tuple[tuple[Sort, list[int], list[Any]], ...]
 
 
 def shown_by(robot: RobotSpec, columns: Sequence[str]) -> Shown:
     """Return what `columns` show of `robot`, or of any robot like it."""
-    outputs = outputs_of(robot)
-    count = outputs.elements
-    last = count - 1
-    place = {f"body_{k + 1}": k for k in range(count)} | {"tip": last}
-    place |= {f"marker_{marker.name}": count + k for k, marker in enumerate(robot.markers)}
-    coordinate = {
-        f"{point}_{letter}_mm": (k, axis) for point, k in place.items() for axis, letter in enumerate("xyz")
-    }
-    found = [(at, *coordinate[name]) for at, name in enumerate(columns) if name in coordinate]
-    joints = {f"joint_{name}_deg": k for k, name in enumerate(outputs.joints)}
-    tensions = {f"tension_{name}_N": k for k, name in outputs.tensions.items()}
-    components = {name: k for k, name in enumerate(QUATERNION)}
-    quaternion = _places(columns, components)
-    wanted = {k for _, k, _ in found}
-    markers = sorted(k - count for k in wanted if k >= count)
+    count, found = body_count(robot), []
+    for sort in SORTS:
+        which = sort.names(robot)
+        places = [place for place, name in enumerate(columns) if name in which]
+        if places:
+            found.append((sort, places, [which[columns[place]] for place in places]))
+    wanted = {which.number for _, _, own in found for which in own if isinstance(which, Point)}
+    markers = sorted(number - count for number in wanted if number >= count)
     holding = [robot.markers[k].element - 1 for k in markers]
-    elements = sorted({k for k in wanted if k < count} | {*holding} | ({last} if quaternion else set()))
-    at, of, axis = np.array(found, dtype=np.intp).reshape(-1, 3).T
+    tip = {count - 1} if any(sort.turns for sort, _, _ in found) else set()
+    elements = sorted({number for number in wanted if number < count} | {*holding} | tip)
+    place = {number: k for k, number in enumerate([*elements, *(count + k for k in markers)])}
     return Shown(
         columns=tuple(columns),
         elements=tuple(elements),
-        tip=elements.index(last) if quaternion else None,
+        tip=elements.index(count - 1) if tip else None,
         markers=tuple((elements.index(element), k) for element, k in zip(holding, markers, strict=True)),
-        coordinates=(at, np.searchsorted([*elements, *(count + k for k in markers)], of), axis),
-        quaternion=quaternion,
-        joints=_places(columns, joints),
-        angles=tuple(
-            (place, outputs.angles[name]) for place, name in enumerate(columns) if name in outputs.angles
+        parts=tuple(
+            (sort, places, [Point(place[k.number], k.axis) if isinstance(k, Point) else k for k in own])
+            for sort, places, own in found
         ),
-        tensions=_places(columns, tensions),
     )
 
 
-def write_columns(
-    shown: Shown, p_w: Array, R_w: Array | None, joint_angles: Callable[[], Array], tension: Array
-) -> Array:
+def write_columns(shown: Shown, rows: StateRows) -> Array:
     """Return the values of output columns, shape (..., o), in the columns' units; NaN where a state is.
-
-    Args:
-        shown: the columns.
-        p_w: positions of `shown.elements`, then of `shown.markers`, shape (..., k, 3) [m].
-        R_w: the tip's orientation, shape (..., 3, 3); None where none is shown.
-        joint_angles: gives the joints' angles, shape (..., j) [rad]; asked only where a column shows them.
-        tension: at the actuators, shape (..., t) [N].
 
     Raises:
         ValueError: a column is left that nothing fills.
     """
-    result = np.full((*tension.shape[:-1], len(shown.columns)), np.nan)
-    filled = {*shown.coordinates[0].tolist()}
-    for places in (shown.quaternion if R_w is not None else (), shown.joints, shown.angles, shown.tensions):
-        filled.update(place for place, _ in places)
+    result = np.full((*rows.tension.shape[:-1], len(shown.columns)), np.nan)
+    parts = [part for part in shown.parts if rows.R_w is not None or not part[0].turns]
+    filled = {place for _, places, _ in parts for place in places}
     if len(filled) < len(shown.columns):
         missing = [name for place, name in enumerate(shown.columns) if place not in filled]
         raise ValueError(f"nothing fills the columns {', '.join(missing)}")
-    at, point, axis = shown.coordinates
-    if len(at):
-        result[..., at] = p_w[..., point, axis] * 1e3
-    if R_w is not None:
-        components = _quaternions(R_w)
-        for column, component in shown.quaternion:
-            result[..., column] = components[..., component]
-    if shown.joints or shown.angles:
-        degrees = np.degrees(joint_angles())
-        for column, joint in shown.joints:
-            result[..., column] = degrees[..., joint]
-        for column, joints in shown.angles:
-            result[..., column] = degrees[..., joints].sum(axis=-1)
-    for column, tendon in shown.tensions:
-        result[..., column] = tension[..., tendon]
+    rows = rows._replace(joint_angles=cache(rows.joint_angles))
+    for sort, places, own in parts:
+        result[..., places] = sort.values(rows, own)
     return result
+
+
+def _positions(rows: StateRows, points: list[Point]) -> Array:
+    number, axis = np.array(points, dtype=np.intp).T
+    return rows.p_w[..., number, axis] * 1e3
+
+
+def _turned(rows: StateRows, components: list[int]) -> Array:
+    """Return components of (w, x, y, z), w >= 0; NaN where an orientation is."""
+    assert rows.R_w is not None
+    flat = rows.R_w.reshape(-1, 3, 3)
+    parts = np.full((len(flat), 4), np.nan)
+    balanced = np.isfinite(flat).all(axis=(1, 2))
+    if balanced.any():
+        parts[balanced] = Rotation.from_matrix(flat[balanced]).as_quat(canonical=True, scalar_first=True)
+    return parts.reshape(*rows.R_w.shape[:-2], 4)[..., components]
+
+
+def _sums_of_angles(rows: StateRows, joints: list[slice]) -> Array:
+    degrees = np.degrees(rows.joint_angles())
+    return np.stack([degrees[..., own].sum(axis=-1) for own in joints], axis=-1)
+
+
+def _angles(rows: StateRows, joints: list[int]) -> Array:
+    return np.degrees(rows.joint_angles())[..., joints]
+
+
+def _tensions(rows: StateRows, tendons: list[int]) -> Array:
+    return rows.tension[..., tendons]
+
+
+def _of_tip(robot: RobotSpec) -> dict[str, Point]:
+    return _coordinates({"tip": body_count(robot) - 1})
+
+
+def _of_orientation(robot: RobotSpec) -> dict[str, int]:
+    return {name: k for k, name in enumerate(QUATERNION)}
+
+
+def _of_bodies(robot: RobotSpec) -> dict[str, Point]:
+    return _coordinates({f"body_{k + 1}": k for k in range(body_count(robot))})
+
+
+def _of_markers(robot: RobotSpec) -> dict[str, Point]:
+    count = body_count(robot)
+    return _coordinates({f"marker_{item.name}": count + k for k, item in enumerate(robot.markers)})
+
+
+def _of_shared_angles(robot: RobotSpec) -> Mapping[str, slice]:
+    return outputs_of(robot).angles
+
+
+def _of_joints(robot: RobotSpec) -> dict[str, int]:
+    return {f"joint_{name}_deg": k for k, name in enumerate(outputs_of(robot).joints)}
+
+
+def _of_tensions(robot: RobotSpec) -> dict[str, int]:
+    return {f"tension_{name}_N": k for k, name in outputs_of(robot).tensions.items()}
+
+
+def _coordinates(points: Mapping[str, int]) -> dict[str, Point]:
+    axes = tuple(enumerate("xyz"))
+    return {f"{name}_{letter}_mm": Point(k, axis) for name, k in points.items() for axis, letter in axes}
+
+
+# In the order in which a robot's columns are listed.
+SORTS = (
+    Sort(_of_tip, _positions),
+    Sort(_of_orientation, _turned, turns=True),
+    Sort(_of_bodies, _positions),
+    Sort(_of_markers, _positions),
+    Sort(_of_shared_angles, _sums_of_angles),
+    Sort(_of_joints, _angles),
+    Sort(_of_tensions, _tensions),
+)
 
 
 def with_markers(shown: Shown, robots: Sequence[RobotSpec], p_w: Array, R_w: Array) -> Array:
@@ -387,13 +451,10 @@ def posture_columns(
     if shown.markers:
         seen = [number for _, number in shown.markers]
         p_w = np.concatenate([p_w, np.array([_markers(robot, item)[seen] for item in postures])], axis=1)
-    values = write_columns(
-        shown,
-        p_w,
-        None if shown.tip is None else np.array([posture.R_w[-1] for posture in postures]),
-        lambda: np.array([posture.joint_angles for posture in postures]),
-        np.array([posture.actuator_tension for posture in postures]),
-    )
+    R_w = None if shown.tip is None else np.array([posture.R_w[-1] for posture in postures])
+    tension = np.array([posture.actuator_tension for posture in postures])
+    angles = [posture.joint_angles for posture in postures]
+    values = write_columns(shown, StateRows(p_w, R_w, lambda: np.array(angles), tension))
     return dict(zip(chosen, np.ascontiguousarray(values.T), strict=True))
 
 
@@ -409,17 +470,3 @@ def _markers(robot: RobotSpec, posture: Posture) -> Array:
     if posture.markers_w is not None:
         return posture.markers_w
     return marker_points(robot.markers, posture.p_w, posture.R_w)
-
-
-def _places(columns: Sequence[str], indices: dict[str, int]) -> Places:
-    return tuple((place, indices[name]) for place, name in enumerate(columns) if name in indices)
-
-
-def _quaternions(R_w: Array) -> Array:
-    """Return (w, x, y, z) of orientations (..., 3, 3), w >= 0; NaN where an orientation is."""
-    flat = R_w.reshape(-1, 3, 3)
-    parts = np.full((len(flat), 4), np.nan)
-    balanced = np.isfinite(flat).all(axis=(1, 2))
-    if balanced.any():
-        parts[balanced] = Rotation.from_matrix(flat[balanced]).as_quat(canonical=True, scalar_first=True)
-    return parts.reshape(*R_w.shape[:-2], 4)

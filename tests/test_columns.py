@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.channels import (
+    StateRows,
     body_count,
     joint_names,
     output_channels,
@@ -91,7 +92,7 @@ def test_only_what_is_shown_is_asked_for() -> None:
     def never() -> np.ndarray:
         raise AssertionError
 
-    values = write_columns(shown, p_w, None, never, np.array([[[1.0, 2.0], [3.0, 4.0]]]))
+    values = write_columns(shown, StateRows(p_w, None, never, np.array([[[1.0, 2.0], [3.0, 4.0]]])))
     assert values.tolist() == [[[2.0, 2000.0, 3000.0, 0.0], [4.0, 8000.0, 9000.0, 6000.0]]]
 
 
@@ -100,7 +101,8 @@ def test_an_orientation_that_is_missing_has_no_quaternion() -> None:
     robot = load_robot("neuroendoscope_section")
     shown = shown_by(robot, ("tip_qw",))
     R_w = np.array([np.eye(3), np.full((3, 3), np.nan), np.eye(3)])
-    values = write_columns(shown, np.zeros((3, 1, 3)), R_w, lambda: np.zeros((3, 0)), np.zeros((3, 2)))
+    rows = StateRows(np.zeros((3, 1, 3)), R_w, lambda: np.zeros((3, 0)), np.zeros((3, 2)))
+    values = write_columns(shown, rows)
     assert values[[0, 2], 0].tolist() == [1.0, 1.0]
     assert np.isnan(values[1, 0])
 
@@ -114,4 +116,6 @@ def test_a_column_that_nothing_fills_is_refused() -> None:
     ):
         shown = shown_by(robot, columns)
         with pytest.raises(ValueError, match=f"nothing fills the columns {missing}$"):
-            write_columns(shown, np.zeros((3, 1, 3)), None, lambda: np.zeros((3, 30)), np.zeros((3, 2)))
+            write_columns(
+                shown, StateRows(np.zeros((3, 1, 3)), None, lambda: np.zeros((3, 30)), np.zeros((3, 2)))
+            )

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.channels import Shown, outputs_of, shown_by, with_markers, write_columns
+from catheter_sim.channels import Shown, StateRows, outputs_of, shown_by, with_markers, write_columns
 from catheter_sim.core.inputs import Inputs, numbers_of, with_tip_weight
 from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
@@ -111,7 +111,7 @@ class Prediction:
         if any(sees_otherwise(robot) for robot in robots):
             states = _observed(robots, states, inputs.time_s[::step], self.shown.tip)
         R_w = None if self.shown.tip is None else states.R_w[:, :, self.shown.tip]
-        outputs = write_columns(self.shown, states.p_w, R_w, states.joint_angles, states.tension)
+        outputs = write_columns(self.shown, StateRows(states.p_w, R_w, states.joint_angles, states.tension))
         return outputs if step == every else outputs[:, ::every]
 
 
