@@ -145,14 +145,8 @@ def with_plausible_causes(
 ) -> Settled:
     """Return a pruned hypothesis without what is not plausible, and with its equals.
 
-    Args:
-        run: where to fit.
-        posed: the trials.
-        choice: the effects that were tried.
-        pruning: what causes were pruned by.
-        pruned: the hypothesis.
-        equals: hypotheses that do as well as the one from which causes were taken out.
-        soaked: causes that were not plausible before.
+    `equals` do as well as the hypothesis from which causes were taken out; `soaked` were not plausible
+    before.
     """
     plausible, more = without_soaking(pruning, pruned)
     if plausible.after.terms and (more or pruned.weak or pruned.unsure):

@@ -90,12 +90,7 @@ def refuse_copies(dataset: Dataset, digests: Mapping[str, bytes], where: str) ->
 
     Measured data never repeat to the last digit, so that such a trial was copied, and a fit would be tested
     on what it was fitted to. A repeated measurement is no copy, nor is a trial of one row or in which nothing
-    changes.
-
-    Args:
-        dataset: the data.
-        digests: of each trial's bytes.
-        where: what to call the data in the error.
+    changes. `digests`: of each trial's bytes; `where`: what to call the data in the error.
     """
     first: dict[bytes, str] = {}
     copies: dict[str, str] = {}
@@ -194,12 +189,8 @@ def check_keys(
 ) -> None:
     """Raise `InputError` where a `dataset.toml` lacks a table or a key, or has an unknown one.
 
-    Args:
-        document: what was read.
-        where: its name in errors.
-        needed: keys of each table that must be there; `trials` must be, too.
-        optional: further keys of these tables.
-        optional_tables: further tables.
+    `needed` has the keys of each table that must be there (`trials` must be, too), `optional` further keys of
+    these; `where` is its name in errors.
     """
     tables = (*needed, "trials")
     for table in document:

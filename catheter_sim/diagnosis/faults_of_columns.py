@@ -119,14 +119,9 @@ def relative_error(
 ) -> float:
     """Return the error over the measurements' spread, root mean square over units; inf: no posture.
 
-    Of each unit all columns count together, so that those that move most count most.
-
-    Args:
-        models: what the model says, shape (r, o) each.
-        measured: the same as measured; NaN: missing.
-        columns: outputs.
-        shifted: errors of positions are counted about their means.
-        beside: outputs whose spread counts instead of the measured ones', shape (r, o).
+    Of each unit all columns count together, so that those that move most count most. `models`, `measured`
+    (NaN: missing) and `beside`, whose spread counts instead of the measured ones', have the shape (r, o)
+    each. `shifted`: errors of positions are counted about their means.
     """
     model, values = np.concatenate(models), np.concatenate(measured)
     if not np.isfinite(model[np.isfinite(values)]).all():
@@ -387,11 +382,8 @@ def outputs_that_do_not_follow(problem: Problem, models: Sequence[Array]) -> tup
     Such an output is hardly a function of the inputs, of their squares, and of what the model says now and
     some rows before: these explain less than `FOLLOWS_SHARE` of its variance (adjusted for their number). It
     is noise, or a tracker that nobody attached. Where noise would hide the expected motion nothing is said,
-    unless it does so in every output.
-
-    Args:
-        problem: the training trials.
-        models: what the calibrated model says of them, shape (r, o) each.
+    unless it does so in every output. `models`: what the calibrated model says of the training trials, shape
+    (r, o) each.
     """
     measured = [measured_of(trial, problem.columns) for trial in problem.trials]
     groups = {point: list(axes.values()) for point, axes in points_of(problem.columns).items()}
@@ -669,9 +661,8 @@ class Beyond:
     def words(self, unit: str = "", spool_radius_mm: float = 0.0) -> str:
         """Return it as one line, with what is likely wrong.
 
-        Args:
-            unit: as which the file was read; "": not known.
-            spool_radius_mm: with which a motor's angle was read; 0: not known, or none.
+        `unit`: as which the file was read, "" not known; `spool_radius_mm`: with which a motor's angle was
+        read, 0 not known, or none.
         """
         read = (unit,) if unit else _READ[self.kind]
         fitting = [(by, f"{of} read as {own}") for by, own, of in MISREAD if own in read]
@@ -799,14 +790,9 @@ def most_likely_mistake(
 ) -> Mistake | None:
     """Return the mistake in the data without which a model agrees with them far better; None: there is none.
 
-    Args:
-        trials: where to look.
-        columns: outputs.
-        robot: as specified.
-        predict: the model's outputs along inputs, shape (r, o).
-        shifted: the tracker's origin is unknown: errors are counted about their means.
-        beside: outputs of all trials, where these are not all: their spread counts, shape (r, o).
-        solved: an error that is no mistake's.
+    `predict` gives the model's outputs along inputs, shape (r, o); the error `solved` is no mistake's.
+    `shifted`: the tracker's origin is unknown; `beside`: outputs of all trials, where these are not all
+    (`relative_error`).
     """
     models = [predict(trial.inputs) for trial in trials]
     measured = [measured_of(trial, columns) for trial in trials]

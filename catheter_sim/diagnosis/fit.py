@@ -99,12 +99,7 @@ def predicted(
 ) -> Array:
     """Return the outputs of a hypothesis along inputs, at each `every`-th row, shape (r, o), in file units.
 
-    Args:
-        problem: robot, nuisances and twin.
-        numbers: what `x` is.
-        x: shape (p,), in units of the parameters' scales.
-        inputs: what is commanded.
-        every: each so-many-th row is returned.
+    `x` has the shape (p,), in units of the parameters' scales.
     """
     outputs = problem.twin([robot_with(problem, numbers, x)], inputs, every)
     return as_measured(problem, numbers, x, outputs[0])
@@ -184,12 +179,8 @@ def residuals(problem: Problem, numbers: Sequence[FittedNumber], xs: Array) -> A
     """Return model minus measurement over weight for many parameter vectors, shape (B, n).
 
     A residual larger than `GROSS_ERROR` is made smaller, so that its square is Huber's loss (`tempered`). A
-    robot without equilibrium errs by more than any robot that stands still.
-
-    Args:
-        problem: trials and twin.
-        numbers: what the columns of `xs` are.
-        xs: shape (B, p), in units of the parameters' scales.
+    robot without equilibrium errs by more than any robot that stands still. `xs` has the shape (B, p), in
+    units of the parameters' scales.
     """
     parts = []
     robots, which = distinct_robots(problem, numbers, xs)
@@ -277,16 +268,10 @@ def best_of_grid(
 ) -> Array:
     """Return the best of `x` and of a grid over the effects' numbers, between the bounds.
 
-    It shows in which of several minima a fit should start, for which few trials do (`ROWS_TO_SCAN_BY`).
-
-    Args:
-        problem: trials and twin.
-        numbers: what is fitted.
-        x: where the fit would start, shape (p,).
-        box: lower and upper bounds, shape (p,) each.
-        prior: of the numbers.
-        known: by effect and parameter, the numbers of which `x` is more than a first guess: of many numbers
-            the others alone are scanned.
+    It shows in which of several minima a fit should start, for which few trials do (`ROWS_TO_SCAN_BY`). `x`
+    (p,) is where the fit would start, `box` the lower and upper bounds, (p,) each. `known`, by effect and
+    parameter, are the numbers of which `x` is more than a first guess: of many numbers the others alone are
+    scanned.
     """
     mine = [index for index, fitted in enumerate(numbers) if fitted.effect]
     if not mine:

@@ -64,15 +64,8 @@ def scored(
     """Return every set of causes that was fitted, with what it predicts.
 
     Of several variants of a set (one value, or one per channel) the one that the cross-validation prefers
-    stands for it.
-
-    Args:
-        problem: the training trials.
-        test: the held-out trials.
-        selection: what was tried.
-        terms: the hypothesis that is asked about; it stands for its set, and is fitted to the stretches left
-            out where it was not tried.
-        known: values to fit it from, by effect and parameter.
+    stands for it. `terms` is the hypothesis that is asked about; it stands for its set, and is fitted from
+    `known` to the stretches left out where it was not tried.
     """
     best: dict[tuple[str, ...], Fit] = {}
     mine = None
@@ -105,8 +98,7 @@ def stretch_sums(block: np.ndarray, residual: Array) -> Array:
 def surety(worse: Array, better: Array) -> float:
     """Return how surely squared errors fall from one hypothesis to another, in standard deviations of chance.
 
-    Args:
-        worse, better: sums of squared errors by stretch, shape (b,).
+    Both are sums of squared errors by stretch, shape (b,).
     """
     fall = worse - better
     size = float(np.sqrt((fall**2).sum()))
@@ -118,13 +110,7 @@ def surety(worse: Array, better: Array) -> float:
 
 
 def ranking(test: Problem, hypotheses: Sequence[Scored], unit: str) -> tuple[Candidate, ...]:
-    """Return every set of causes that was fitted with its held-out error, best first.
-
-    Args:
-        test: the held-out trials.
-        hypotheses: what was fitted, with what it predicts.
-        unit: of the errors.
-    """
+    """Return every set of causes that was fitted with its held-out error, best first."""
     mine = np.array([unit_of(name) == unit for name in test.columns])
     scale = float(np.sqrt(np.mean(test.weight[mine] ** 2)))
     weight = test.weight[column_of(test)]

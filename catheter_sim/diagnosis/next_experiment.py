@@ -199,12 +199,9 @@ def information(
 ) -> Information:
     """Return what data would tell about hypotheses.
 
-    Args:
-        weights: their probabilities, shape (k,); they add up to one.
-        predicted: what each says, k of them, all of the same n values.
-        stretch: which stretch each value belongs to, shape (n,).
-        seed: of the draws.
-        draws: of data of each hypothesis.
+    `weights`: their probabilities, shape (k,), which add up to one; `predicted`: what each says, all of the
+    same n values; `stretch`: which stretch each value belongs to, shape (n,); `draws`: of data of each
+    hypothesis.
     """
     prior = np.asarray(weights, dtype=float)
     readers = [_Reader(item, stretch) for item in predicted]
@@ -224,12 +221,8 @@ def from_refits(weights: Sequence[float], errors: Sequence[Sequence[Array]]) -> 
     """Return what data would tell, from how far each hypothesis errs that was fitted to another one's data.
 
     The noise is left out: where linear information says too much, since numbers go further than their
-    derivatives hold, this says so.
-
-    Args:
-        weights: of the hypotheses, shape (k,).
-        errors: of data of hypothesis h, fitted by g: half the squared errors by stretch over the noise,
-            shape (b,), as `errors[h][g]`.
+    derivatives hold, this says so. `errors[h][g]`: of data of hypothesis h, fitted by g, half the squared
+    errors by stretch over the noise, shape (b,); `weights`: of the hypotheses, shape (k,).
     """
     prior, gain, decided = np.asarray(weights, dtype=float), 0.0, 0.0
     for index, row in enumerate(errors):
@@ -640,17 +633,12 @@ def next_experiment(
 ) -> NextExperiment:
     """Return what to measure next.
 
-    Args:
-        problem: the training trials; new inputs stay inside their range.
-        chosen: the hypothesis of the verdict, fitted to them.
-        likeliest: its causes and corrections, the most probable first.
-        equals: hypotheses that explain the data as well, with another effect in the place of one of its.
-        groups: effects that these data cannot tell apart, the chosen one first.
-        noise: of each output column, shape (o,), in file units.
-        gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        simulation: whether to try the proposal in the simulation too.
-        pool: where to fit and simulate.
-        deadline: on the clock of `time.monotonic`, after which no inputs are tried any more [s].
+    `chosen` is the hypothesis of the verdict, `likeliest` its causes and corrections, the most probable
+    first; `equals` explain the data as well, with another effect in the place of one of its; `groups` are
+    effects that these data cannot tell apart, the chosen one first. `noise`: of each output column, shape
+    (o,), in file units; `gravity_mps2`: in the base frame, shape (3,) [m/s^2]; `deadline`: on the clock of
+    `time.monotonic` [s], after which no inputs are tried any more. New inputs stay inside the training
+    trials' range.
     """
     if not groups:
         checking = advice(likeliest[:1], f"To check {_said(likeliest[:1])}: ")

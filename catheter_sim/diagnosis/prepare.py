@@ -105,11 +105,7 @@ def running(
 ) -> Iterator[DiagnosisRun]:
     """Give a run whose processes or cluster stay up until it ends.
 
-    Args:
-        place: where to fit.
-        progress: show what is being done where standard error is a terminal.
-        budget_s: seconds after which a search for causes ends with the best so far.
-        search_anyway: look for causes where too little was measured to name any, too.
+    Arguments as of `pipeline.diagnose_dataset`.
 
     Raises:
         InputError: no scheduler answers, or Dask is not installed.
@@ -208,10 +204,6 @@ def within_reach(
 
     Commands or motions far beyond the robot are a note. They are a fault where no such robot can have been
     measured, or no model follows them. Commands are cut off then, so that a model can be shown beside them.
-
-    Args:
-        dataset: as measured.
-        twin: what its fits go by.
     """
     beyond = beyond_robot(dataset.robot, dataset.trials)
     train, _ = split(dataset)
@@ -236,11 +228,8 @@ def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dat
     """Return the data set with its positions in the robot's base frame, and how they were moved there.
 
     A mistake in the data, such as inches for mm, may look like a tracker far away. Where putting it right
-    does better than any motion, nothing is moved, and `find_data_faults` will name the mistake.
-
-    Args:
-        dataset: as measured.
-        twin: what its fits go by; None: it is chosen.
+    does better than any motion, nothing is moved, and `find_data_faults` will name the mistake. `twin`: what
+    its fits go by; None: it is chosen.
     """
     train, _ = split(dataset)
     twin = twin or twin_of(dataset, train).predict
@@ -310,13 +299,8 @@ def training_problem(
 ) -> Problem:
     """Return what is to be fitted: the nominal robot, its twin and the training trials.
 
-    Units are weighed by the white part of the calibrated model's residual.
-
-    Args:
-        dataset: in the base frame.
-        train: its training trials.
-        frame: numbers of the tracker's frame to calibrate besides (`diagnosis.frame`).
-        twin: what fits go by; None: it is chosen.
+    Units are weighed by the white part of the calibrated model's residual. `dataset` is in the base frame;
+    `frame`: numbers of the tracker's frame to calibrate besides; `twin`: None: it is chosen.
     """
     actuation = train[0].inputs.actuation
     robot = replace(dataset.robot, actuation=actuation)
@@ -462,13 +446,8 @@ def data_faults(
     """Return what looks wrong with the data; nothing where they look sound.
 
     The checks run in an order in which the fault that explains others comes first, and the first that finds
-    something speaks.
-
-    Args:
-        problem: the training trials.
-        before: the calibrated model, without causes or with what may account for what it errs.
-        heldout: the held-out trials. They are asked only whether they were measured as the others were.
-        noise: of each unit.
+    something speaks. `before`: the calibrated model, without causes or with what may account for what it
+    errs. The held-out trials are asked only whether they were measured as the others were.
     """
     trials = (*problem.trials, *heldout)
     models = computed_outputs(problem, before, trials)

@@ -84,14 +84,8 @@ answers, 23 right."""
 def explained(train: Problem, residual: Array, block: np.ndarray, test: Problem) -> Array:
     """Return what a smooth error of unknown cause, fitted to training residuals, predicts on other trials.
 
-    Args:
-        train: the training trials, thinned as the residuals are.
-        residual: what a hypothesis leaves on them, in weights, shape (n,).
-        block: which stretch each residual belongs to, shape (n,).
-        test: the other trials.
-
-    Returns:
-        The predicted residuals of `test`, in weights, shape (m,).
+    `residual` (n,) is what a hypothesis leaves on the training trials, which are thinned as it is, in
+    weights, and `block` (n,) the stretch of each; so are those of `test` that are returned, shape (m,).
     """
     driven = _driven(train)
     basis = _rows(train, driven)
@@ -446,10 +440,9 @@ class Beliefs:
 def beliefs(found: Evidence | None, not_likely: Collection[str] = ()) -> Beliefs:
     """Return what is probably at work.
 
-    Args:
-        found: what speaks for each; None: nothing was asked, since the data look wrong.
-        not_likely: causes of the hypothesis whose numbers are not plausible: most of what speaks for one of
-            them speaks for something outside the list that it stands for (`IMPLAUSIBLE_BELIEVED`).
+    `found` is None where nothing was asked, since the data look wrong. Of causes whose numbers are not
+    plausible (`not_likely`) most of what speaks for one speaks for something outside the list that it stands
+    for (`IMPLAUSIBLE_BELIEVED`).
     """
     if found is None:
         # What is wrong is not on the list of causes: it is the data themselves.
@@ -480,10 +473,9 @@ def beliefs(found: Evidence | None, not_likely: Collection[str] = ()) -> Beliefs
 def shares(name: str, members: Mapping[str, float]) -> dict[str, float]:
     """Return how a group's probability is shared among its members; they add up to one.
 
-    Args:
-        name: of the cause that the hypothesis has.
-        members: the others, with how surely it does better than each. One that would have less than
-            `LEAST_MEMBER_SHARE` is no member. None has more than the cause, which was chosen for its numbers.
+    `name`: of the cause that the hypothesis has; `members`: the others, with how surely it does better than
+    each. One that would have less than `LEAST_MEMBER_SHARE` is no member. None has more than the cause, which
+    was chosen for its numbers.
     """
     weights = {name: 1.0}
     for other, surer in members.items():

@@ -111,11 +111,8 @@ def step_of(values: Array, commands: Array) -> float:
     """Return the step of the grid on which readings lie; 0.0 where they show none.
 
     Few readings show none, nor do those of a column that hardly moves. Readings with as many digits as a
-    number is printed with (`MOST_STEPS`) are taken for continuous.
-
-    Args:
-        values: readings, shape (r,), NaN where missing.
-        commands: what was commanded, shape (r, n).
+    number is printed with (`MOST_STEPS`) are taken for continuous. Readings (r,) are NaN where missing;
+    `commands` has the shape (r, n).
     """
     there = np.isfinite(values)
     known = np.unique(values[there])
@@ -148,11 +145,8 @@ def _decimal_step(known: Array) -> float:
 def _counted_step(known: Array, within: float, commands: Array) -> float:
     """Return the step of distinct readings at equal distances, whatever it is; 0.0: they are at none.
 
-    Args:
-        known: readings, each once, rising.
-        within: how near to the grid they are.
-        commands: that led to them, shape (r, n). One reading for every command, and no point of the grid left
-            out, is how a model without noise follows a ramp.
+    The `known` readings, each once, rise; `within` is how near to the grid they are. One reading for each of
+    the `commands` (r, n), and no point of the grid left out, is how a model without noise follows a ramp.
     """
     gaps = np.diff(known)
     gaps = gaps[gaps > 4.0 * within]

@@ -107,10 +107,8 @@ def returned(call: Callable[..., Any]) -> Any:
 def packed(value: Any, asked: str, kind: Any = Any) -> bytes:
     """Return a result as the bytes of an NPZ file; equal results give equal bytes.
 
-    Args:
-        value: numbers, text, NumPy arrays, tuples, lists, mappings, and dataclasses that `kind` names.
-        asked: name of the question that it answers.
-        kind: its annotation.
+    It may hold numbers, text, NumPy arrays, tuples, lists, mappings, and dataclasses that its annotation
+    `kind` names; `asked` is the name of the question that it answers.
 
     Raises:
         TypeError: it holds something else.
@@ -322,12 +320,7 @@ class ChosenTwin:
 
 
 def twin_of(dataset: Dataset, train: Sequence[Trial]) -> ChosenTwin:
-    """Return what a data set's fits go by.
-
-    Args:
-        dataset: the measurements.
-        train: its training trials.
-    """
+    """Return what a data set's fits go by."""
     actuation = train[0].inputs.actuation
     robot, columns = replace(dataset.robot, actuation=actuation), dataset.output_channels
     if not dataset.motion.moving:
@@ -468,11 +461,8 @@ def map_calls(
 ) -> list[T]:
     """Return the results of several calls, in order.
 
-    Args:
-        place: from `workers`.
-        call: a function of a module.
-        arguments: of each call.
-        deadline: on the clock of `time.monotonic`, after which no call is waited for once one is done [s].
+    `call` is a function of a module. After `deadline`, on the clock of `time.monotonic` [s], no call is
+    waited for once one is done.
 
     Raises:
         InputError: processes were killed again and again.
@@ -651,13 +641,7 @@ def work_out(
 ) -> None:
     """Put the results of calls into `store` by their keys.
 
-    Args:
-        place: where to call.
-        deadline: on the clock of `time.monotonic`, as of `map_calls` [s].
-        store: by key.
-        keys: one of each call.
-        call: a function of a module.
-        arguments: of each call.
+    Arguments as of `map_calls`; `keys` has one of each call.
 
     Raises:
         OutOfTime: before the end; what is done by then is in `store`.
@@ -683,12 +667,8 @@ def calibrated_numbers(
 ) -> dict[str, FittedParameter]:
     """Return the calibrated numbers of a fit, with intervals.
 
-    Args:
-        problem: what was fitted.
-        result: the fit.
-        along_valleys: intervals by refitting all other numbers (`profile_interval`); needs a thorough fit.
-        margin: as for `intervals`; not used along valleys.
-        pool: where to do that.
+    `along_valleys`: intervals by refitting all other numbers (`profile_interval`), which needs a thorough
+    fit; else `margin` is as for `intervals`.
     """
     numbers = [fitted.parameter for fitted in result.numbers if not fitted.effect]
     names = [item.name for item in numbers]
@@ -788,12 +768,8 @@ def _does_nothing(current: Fit, numbers: Sequence[FittedNumber], x: Array) -> bo
 def foreseen(problem: Problem, current: Fit, terms: Sequence[Term], changes: Sequence[Tangent]) -> Foreseen:
     """Return what a step from `current` to the hypothesis `terms` reaches, to first order.
 
-    Args:
-        problem: trials and twin.
-        current: where from.
-        terms: the hypothesis.
-        changes: the tangents of `current` without each of the terms that `terms` lacks, then of each further
-            one beside `current`.
+    `changes` are the tangents of `current` without each of the terms that `terms` lacks, then of each further
+    one beside `current`.
     """
     numbers = fitted_numbers(problem, terms)
     x, _ = _start(current, terms, numbers)
@@ -823,10 +799,7 @@ def misled(ahead: Foreseen, current: Fit, terms: Sequence[Term]) -> bool:
 def shortlist(order: Sequence[int], count: int, unknown: Collection[int]) -> list[int]:
     """Return the first `count` and `SHORTLIST` more of the hypotheses, and the `unknown` ones of the others.
 
-    Args:
-        order: of hypotheses, best foreseen first.
-        count: how many are to be picked.
-        unknown: of which the forecast tells nothing.
+    `order`: of hypotheses, best foreseen first; `unknown`: of which the forecast tells nothing.
     """
     return [index for place, index in enumerate(order) if place < count + SHORTLIST or index in unknown]
 

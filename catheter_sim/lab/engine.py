@@ -82,10 +82,7 @@ def rebent(shapes: Shapes, change: Callable[[Array], Array]) -> Shapes:
     """Return shapes whose elements' turns are changed, stacked anew from the base.
 
     An element that turns by more carries its step, from face to face, half as far: it bends in its middle.
-
-    Args:
-        shapes: to change.
-        change: from turns as of `bends_of`, shape (r, n, 3), to others.
+    `change`: from turns as of `bends_of`, shape (r, n, 3), to others.
     """
     before = bends_of(shapes)
     turns = [Rotation.from_rotvec(part.reshape(-1, 3)) for part in (before, change(before))]
@@ -355,13 +352,8 @@ def simulated(
 ) -> Shapes:
     """Return where the robot is at some rows of a trial (default: all), before anybody looks.
 
-    Args:
-        specimen: the robot.
-        scale: what is large for it.
-        planted: what is planted.
-        course: the trial.
-        rows: those that are simulated; what arrives at them is that of the whole trial.
-        without: the same rows with nothing planted, for loads that depend on where the robot is.
+    What arrives at `rows` is that of the whole trial. `without`: the same rows with nothing planted, for
+    loads that depend on where the robot is.
 
     Raises:
         CannotMake: the simulation diverged, or an input goes beyond a joint's range.

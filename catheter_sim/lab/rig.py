@@ -113,11 +113,8 @@ class Rig(Protocol):
     def read(self, columns: Sequence[str] | None = None) -> Table | None:
         """Return what was commanded and measured in the last play, inputs first, in file units.
 
-        Args:
-            columns: the outputs wanted, of the rig's; None: all that it measures.
-
-        Returns:
-            None where the recording has not arrived yet (`waiting` says what is missing).
+        `columns` are of the rig's (None: all). None is returned where the recording has not arrived yet
+        (`waiting` says what is missing).
 
         Raises:
             InputError: nothing was played, no such column, or a recording that is not of this play.
@@ -130,10 +127,8 @@ class Rig(Protocol):
 def drive_limits(robot: RobotSpec, reach: Mapping[str, float] | Sequence[float]) -> Ranges:
     """Return least and most of each input column, in its unit, from how far it may go, SI.
 
-    Args:
-        robot: its columns.
-        reach: of each column by name or in their order, shape (c,) [N, or m]; a displacement may go as far
-            the other way, unless its drive takes no values below zero.
+    `reach`: of each column by name or in their order, shape (c,) [N, or m]; a displacement may go as far the
+    other way, unless its drive takes no values below zero.
     """
     found = {}
     for index, drive in enumerate(drives_of(robot)):

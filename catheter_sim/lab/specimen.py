@@ -377,11 +377,7 @@ def drawn_kind(generator: np.random.Generator) -> str:
 def measured(clean: Array, size: Array, kind: str, generator: np.random.Generator) -> Array:
     """Return outputs (r, o) with noise of a kind; some cells are missing (NaN).
 
-    Args:
-        clean: without noise.
-        size: standard deviation of each column, shape (o,).
-        kind: one of `KINDS`.
-        generator: draws it.
+    `size`: standard deviation of each column, shape (o,); `kind`: one of `KINDS`.
     """
     noisy = clean + size * standard(clean.shape, kind, generator)
     if kind == "quantised":

@@ -346,10 +346,9 @@ def _missed(change: Array, shape: Array, precision: Array) -> float:
 def unpredicted_share(problem: Problem, robot: RobotSpec) -> float:
     """Return the share of a change that a smooth function of the commands leaves of trials left out.
 
-    `problem`: the training trials without what both share; `robot`: the earlier recording's.
-
-    Returns:
-        A root mean square over another, at most `MOST_MODEL_SHARE`; 0 where a single trial trains.
+    `problem`: the training trials without what both share; `robot`: the earlier recording's. `problem` has
+    the training trials without what both share; `robot` is the earlier recording's. A root mean square over
+    another, at most `MOST_MODEL_SHARE`; 0 where a single trial trains.
     """
     if len(problem.trials) < 2:
         return 0.0
@@ -421,13 +420,9 @@ def baseline(run: DiagnosisRun, dataset: Dataset, is_paired: bool) -> Baseline:
     """Return what an earlier recording says of the robot.
 
     Its best hypothesis is taken whether or not its causes would be named: whatever it soaks up, both
-    recordings share. Trials that look wrong are left out, if most do not.
-
-    Args:
-        run: where to fit.
-        dataset: the earlier recording.
-        is_paired: the later one's rows pair with its rows. What both share then cancels, and no causes are
-            looked for; the specimen's numbers alone are calibrated.
+    recordings share. Trials that look wrong are left out, if most do not. Where the later one's rows pair
+    with its rows (`is_paired`), what both share cancels: no causes are looked for, and the specimen's numbers
+    alone are calibrated.
 
     Raises:
         InputError: the recording looks wrong by itself, or has too little to learn from.
@@ -507,10 +502,8 @@ def left_by_unit(base: Baseline, later: Sequence[Trial], robot: RobotSpec) -> Ma
 def smooth_errors(base: Baseline, there: Problem) -> tuple[Array, ...]:
     """Return what a smooth error of unknown cause, learned from the earlier recording, is elsewhere.
 
-    No output of `there` is missing.
-
-    Returns:
-        Measured minus computed, of each trial, shape (r, o), in file units.
+    No output of `there` is missing. Measured minus computed, of each trial, shape (r, o), in file units; no
+    output of `there` is missing.
     """
     residual = np.concatenate(
         [

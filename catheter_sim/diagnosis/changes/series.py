@@ -93,14 +93,8 @@ def compare_series(
 ) -> Series:
     """Return what changed over several recordings of a robot.
 
-    Args:
-        before: the earlier recordings, in their order; the others are compared with the first one.
-        after: the last one.
-        place: where to fit.
-        progress: show what is being done where standard error is a terminal.
-        simulation: replay the held-out trials in MuJoCo at the end.
-        budget_s: seconds after which the search for causes ends with the best so far.
-        search_anyway: look for changes where too little was measured to name any, too.
+    `before` are the earlier recordings in their order; the others are compared with the first one. The other
+    arguments are those of `diagnose_dataset`.
 
     Raises:
         InputError: there is none before, robots or outputs differ, or the first one looks wrong by itself.
