@@ -189,8 +189,7 @@ class LabForm:
         cause: its name on the closed list; of a cause outside the list its own.
         name: of the form.
         law: what it does, in one line, with its source.
-        known: whether the diagnosis has a form of this law.
-        purpose: of a foreign form "tune" or "judge"; of a known one "both".
+        purpose: "both" of a form whose law the diagnosis knows; of a foreign one "tune" or "judge".
         applies: whether it makes sense on a specimen.
         draw: what else it has.
         every: of a known form, all choices that `draw` has, of numbers that are no choice a typical one.
@@ -213,8 +212,7 @@ class LabForm:
     cause: str
     name: str
     law: str
-    known: bool
-    purpose: str
+    purpose: str = "both"
     applies: Callable[[Specimen], bool] = lambda specimen: True
     draw: Draw = nothing_more
     every: Every = nothing_else
@@ -238,6 +236,11 @@ class LabForm:
     def key(self) -> str:
         """Its cause's name and its own."""
         return f"{self.cause}.{self.name}"
+
+    @property
+    def known(self) -> bool:
+        """Whether the diagnosis has a form of this law."""
+        return self.purpose == "both"
 
     @property
     def looks_only(self) -> bool:

@@ -66,19 +66,6 @@ def bench_robot(name: str, generator: np.random.Generator) -> BenchRobot:
     return BENCH_ROBOTS[name](generator)
 
 
-def named_robots(text: str | None, where: str) -> tuple[str, ...]:
-    """Return the robots of the bench that an argument names, comma-separated; all where there is none.
-
-    Raises:
-        InputError: no such robot; the line names `where` it stands.
-    """
-    names = tuple(text.split(",")) if text else tuple(BENCH_ROBOTS)
-    for name in names:
-        if name not in BENCH_ROBOTS:
-            raise unknown("robot", name, BENCH_ROBOTS, where)
-    return names
-
-
 def _by_id(reference: str, trials: Trials) -> Callable[[np.random.Generator], BenchRobot]:
     def make(generator: np.random.Generator) -> BenchRobot:
         return BenchRobot(reference, load_robot(reference), trials)

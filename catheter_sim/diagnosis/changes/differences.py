@@ -346,9 +346,8 @@ def _missed(change: Array, shape: Array, precision: Array) -> float:
 def unpredicted_share(problem: Problem, robot: RobotSpec) -> float:
     """Return the share of a change that a smooth function of the commands leaves of trials left out.
 
-    `problem`: the training trials without what both share; `robot`: the earlier recording's. `problem` has
-    the training trials without what both share; `robot` is the earlier recording's. A root mean square over
-    another, at most `MOST_MODEL_SHARE`; 0 where a single trial trains.
+    `problem`: the training trials without what both share; `robot`: the earlier recording's. A root mean
+    square over another, at most `MOST_MODEL_SHARE`; 0 where a single trial trains.
     """
     if len(problem.trials) < 2:
         return 0.0
@@ -502,8 +501,7 @@ def left_by_unit(base: Baseline, later: Sequence[Trial], robot: RobotSpec) -> Ma
 def smooth_errors(base: Baseline, there: Problem) -> tuple[Array, ...]:
     """Return what a smooth error of unknown cause, learned from the earlier recording, is elsewhere.
 
-    No output of `there` is missing. Measured minus computed, of each trial, shape (r, o), in file units; no
-    output of `there` is missing.
+    Measured minus computed, of each trial, shape (r, o), in file units; no output of `there` is missing.
     """
     residual = np.concatenate(
         [
