@@ -165,11 +165,8 @@ class Proposed:
 class LoopStep:
     """A diagnosis, and what was proposed after it.
 
-    Attributes:
-        recordings: how many there were.
-        found: what the diagnosis said; None: there were none to diagnose.
-        proposed: the experiment that follows; None: the loop ends here.
-        end: why the loop ended; "" where it goes on.
+    `found` is None where there was nothing to diagnose, `proposed` where the loop ends here; `end` says why
+    it ended, "" where it goes on.
     """
 
     recordings: int

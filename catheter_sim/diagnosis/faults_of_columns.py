@@ -768,10 +768,8 @@ def _spread(values: Array) -> float:
 class Mistake:
     """A mistake in the data, and how much better the model fits without it.
 
-    Attributes:
-        words: what it would be.
-        error: of the model over the spread of the measurements, with the mistake put right.
-        before: the same with the data as they are.
+    The `error` of the model is that over the spread of the measurements, with the mistake put right;
+    `before`, with the data as they are.
     """
 
     words: str

@@ -292,9 +292,7 @@ def _bump(error: Array, drive: Array, known: np.ndarray, noise: float) -> int | 
 class Excursion:
     """Rows over which a point is measured far from where it was, and comes back.
 
-    Attributes:
-        trial, point: indices.
-        start, end: first row away, and first row back.
+    `trial` and `point` are indices; `start` is the first row away, `end` the first row back.
     """
 
     trial: int

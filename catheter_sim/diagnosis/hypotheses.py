@@ -28,10 +28,9 @@ from catheter_sim.diagnosis.trials import unit_of
 class Scored:
     """A fitted hypothesis with what it does on rows that it was not fitted to.
 
-    Attributes:
-        fit: to the rows that causes were chosen by; has the residuals of the stretches left out of it.
-        heldout: residuals of the held-out trials, in weights, gross ones tempered, shape (n,).
-        heldout_block: which stretch each of them belongs to, shape (n,).
+    `fit` is to the rows that causes were chosen by, with the residuals of the stretches left out of it.
+    `heldout`: residuals of the held-out trials, in weights, gross ones tempered, shape (n,); `heldout_block`:
+    which stretch each of them belongs to.
     """
 
     fit: Fit

@@ -385,10 +385,8 @@ _MOST_EVERY = 10_000
 class ColumnMap:
     """One channel: `factor * (column - zero)`.
 
-    Attributes:
-        column: the file's.
-        factor: from the file's number to the channel's, its sign included.
-        zero: the file's number at which the channel is zero.
+    `factor`, its sign included, leads from the number of the file's `column` to the channel's; `zero` is the
+    file's number at which the channel is zero.
     """
 
     column: str

@@ -72,11 +72,8 @@ cells of the papers' benches."""
 class Alive:
     """A hypothesis that is still alive.
 
-    Attributes:
-        causes: its causes; (): the calibrated model.
-        about: the cause, or "none", by which it differs from the others.
-        fit: to the data so far.
-        belief: its weight beside the others, which add up to one.
+    `about` is the cause, or "none", by which it differs from the others; `belief` its weight beside the
+    others, which add up to one. No causes: the calibrated model.
     """
 
     causes: tuple[str, ...]
@@ -168,9 +165,7 @@ def alive_hypotheses(
 class Predictive:
     """What a hypothesis says of an experiment's data, in units of the noise.
 
-    Attributes:
-        mean: shape (n,).
-        spread: directions in which it is unsure, each times its standard deviation, shape (n, q).
+    `mean` (n,), and the directions `spread` (n, q) in which it is unsure, each times its standard deviation.
     """
 
     mean: Array
@@ -181,9 +176,8 @@ class Predictive:
 class Information:
     """What an experiment is expected to tell.
 
-    Attributes:
-        nats: information between hypothesis and data, as a diagnosis would read them.
-        decided: probability that one hypothesis then stands at `SURE_BELIEF` or more.
+    `nats` between hypothesis and data, as a diagnosis would read them; `decided`, the probability that one
+    hypothesis then stands at `SURE_BELIEF` or more.
     """
 
     nats: float
@@ -438,10 +432,7 @@ def off_by(
 class Sensor:
     """Something more to measure.
 
-    Attributes:
-        words: what it is.
-        columns: the output columns that it gives.
-        nats: information of the best programme with it.
+    It gives the output `columns`; `nats` is the information of the best programme with it.
     """
 
     words: str
@@ -514,11 +505,7 @@ def _measuring(problem: Problem, columns: tuple[str, ...], gravity_mps2: Array) 
 class Worth:
     """A programme with what it is expected to tell.
 
-    Attributes:
-        programme: the inputs.
-        minutes: its duration.
-        information: between hypothesis and data.
-        score: the information less the price of the duration [nat].
+    `score` is the information less the price of the duration [nat].
     """
 
     programme: Programme

@@ -338,9 +338,7 @@ def training_problem(
 class Calibrated:
     """The calibrated model without causes.
 
-    Attributes:
-        fit: to the training trials.
-        noise: of each unit, as far as this model lets it be seen.
+    `noise` is that of each unit, as far as this model lets it be seen.
     """
 
     fit: Fit
@@ -419,9 +417,8 @@ SUSPECTED = "The data look wrong, so no cause was looked for"
 class Faults:
     """What looks wrong with the data.
 
-    Attributes:
-        found: (): the data look sound.
-        of_trials: they are of some trials only, which the model meets worse than others.
+    None `found`: the data look sound. `of_trials`: they are of some trials only, which the model meets worse
+    than others.
     """
 
     found: tuple[DataFault, ...]

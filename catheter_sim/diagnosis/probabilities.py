@@ -323,9 +323,8 @@ def evidence(
 class UnlistedForm:
     """One cause in a form that is not listed, in the place of many corrections.
 
-    Attributes:
-        name: of the cause whose simplest form explains most with a smooth error of unknown cause beside it.
-        surer: how surely the corrections do better on the held-out trials [standard deviations of chance].
+    The simplest form of `name` explains most with a smooth error of unknown cause beside it; `surer`: how
+    surely the corrections do better on the held-out trials [standard deviations of chance].
     """
 
     name: str
@@ -425,11 +424,9 @@ def _with_unknown(few: Problem, test: Problem, item: Scored) -> Array:
 class Beliefs:
     """What is probably at work.
 
-    Attributes:
-        each: the probability of every cause by name, of "none" and of "outside".
-        groups: the probability of each cause of the hypothesis, or of its group, by the cause's name.
-        members: of each group of several the probability of every member, the likeliest first, by the same
-            name.
+    The probability of `each` cause by name, of "none" and of "outside"; in `groups` that of each cause of the
+    hypothesis, or of its group, by the cause's name; in `members`, by the same name, of each group of several
+    that of every member, the likeliest first.
     """
 
     each: Mapping[str, float]

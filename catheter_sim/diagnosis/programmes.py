@@ -64,9 +64,7 @@ RANGE_SHARE = 0.95
 class Programme:
     """Inputs to play.
 
-    Attributes:
-        words: what they are, to follow "play the CSV, ".
-        table: in file units.
+    `words` follow "play the CSV, "; the table is in file units.
     """
 
     words: str

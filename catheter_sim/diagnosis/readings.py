@@ -177,9 +177,8 @@ _DIGITS = range(10)  # decimals that a reading may be rounded to
 class Copy:
     """Rows of one trial that are rows of another.
 
-    Attributes:
-        first, second: indices of the trials, as they stand in the data set.
-        rows: first and last row of the second one, counted from 1.
+    `first` and `second` are indices of the trials, as they stand in the data set; `rows`, first and last row
+    of the second one, counted from 1.
     """
 
     first: int

@@ -67,10 +67,8 @@ than 5 s; epoch seconds have seven digits behind the point."""
 class Motion:
     """Whether rows were held.
 
-    Attributes:
-        name: as `[conditions] motion` of a `dataset.toml`.
-        moving: whether the robot moved while it was measured, from rest under a trial's first row; otherwise
-            each row was held until it rested.
+    `name` is as `[conditions] motion` of a `dataset.toml`. `moving`: the robot moved while it was measured,
+    from rest under a trial's first row; otherwise each row was held until it rested.
     """
 
     name: str

@@ -310,9 +310,7 @@ def _shape_misfit(value: Any) -> str:
 class ChosenTwin:
     """What fits go by.
 
-    Attributes:
-        predict: robots and inputs to outputs.
-        notes: what a reader must know of it.
+    `predict` leads from robots and inputs to outputs; `notes` are what a reader must know of it.
     """
 
     predict: Prediction
@@ -444,8 +442,7 @@ def workers(place: Workers) -> Iterator[Workers]:
 class OutOfTime(Exception):
     """Time has run out before the last of several calls was done.
 
-    Attributes:
-        found: the results of those that were, by their place.
+    `found` has the results of those that were, by their place.
     """
 
     def __init__(self, found: Mapping[int, Any]) -> None:
@@ -711,9 +708,8 @@ class Tangent:
 class Foreseen:
     """What a step toward a hypothesis reaches, by the derivative alone.
 
-    Attributes:
-        cost: the least sum of squares.
-        points: where it and the same with other dampings lead, the best first, shape (3, p).
+    `cost` is the least sum of squares; `points`, shape (3, p), are where it and the same with other dampings
+    lead, the best first.
     """
 
     cost: float

@@ -260,10 +260,7 @@ class Number:
 class Variant:
     """Numbers of one cause that are freed together.
 
-    Attributes:
-        cause: its name.
-        form: which of them, in words.
-        numbers: what is freed.
+    `form` says in words which of them.
     """
 
     cause: str
@@ -485,10 +482,7 @@ class ForeignTrial:
 class Runner:
     """Runs a model along trials.
 
-    Attributes:
-        model: with the wanted outputs.
-        settle_s: for which the first row is held before a trial begins [s].
-        jobs: runs at a time.
+    The first row is held for `settle_s` before a trial begins [s].
     """
 
     model: ForeignModel

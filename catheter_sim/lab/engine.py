@@ -143,11 +143,7 @@ class Scale:
 class Acting:
     """A form at work on a specimen.
 
-    Attributes:
-        specimen: on which.
-        scale: what is large there.
-        size: how much of it; it does nothing at zero.
-        numbers: what else was drawn.
+    `size` says how much of it, which does nothing at zero; `numbers`, what else was drawn.
     """
 
     specimen: Specimen

@@ -61,10 +61,8 @@ class Limits:
 class Said:
     """What errors call what a bench is made of; default: as on the command line.
 
-    Attributes:
-        hide: the hidden causes.
-        limits: the ranges of its inputs.
-        columns: what it measures.
+    `hide` stands for the hidden causes, `limits` for the ranges of its inputs, `columns` for what it
+    measures.
     """
 
     hide: str = "--hide"

@@ -39,10 +39,8 @@ _FIRST = (
 class BenchRobot:
     """A robot as the bench uses it.
 
-    Attributes:
-        reference: how a data set names it.
-        robot: as specified.
-        trials: how it is driven, what is measured and who makes its data.
+    A data set names it by `reference`; `trials` say how it is driven, what is measured and who makes its
+    data.
     """
 
     reference: str

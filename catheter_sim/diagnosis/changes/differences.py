@@ -111,9 +111,8 @@ class Pairs:
 class _Partners:
     """What one row pairs with.
 
-    Attributes:
-        error: of each partner, shape (p, o); NaN where missing.
-        share: of one row's variance that each one's has, shape (p,): less between two rows.
+    `error` of each partner, shape (p, o), NaN where missing; `share` of one row's variance that each one's
+    has, shape (p,): less between two rows.
     """
 
     error: Array
@@ -244,9 +243,7 @@ HOLDS_IF = (
 class Mass:
     """A force as a mass.
 
-    Attributes:
-        mass_g: added; below zero: taken away.
-        sideways_N: the part of the force across the weight.
+    `mass_g` is added, or below zero taken away; `sideways_N` is the part of the force across the weight.
     """
 
     mass_g: FittedParameter
@@ -293,9 +290,8 @@ STEADY, STEP, DRIFT, OPEN, IRREGULAR = "steady", "step", "drift", "step or drift
 class NumberCourse:
     """How a number went over recordings.
 
-    Attributes:
-        kind: `STEADY`; `STEP`; `DRIFT`; `OPEN`: either; `IRREGULAR`: it changed in another way.
-        after: of a step, the number from 0 of the recording after which it came; else None.
+    `kind` is `STEADY`, `STEP`, `DRIFT`, `OPEN`: either, or `IRREGULAR`: it changed in another way; `after`,
+    of a step, the number from 0 of the recording after which it came.
     """
 
     kind: str
@@ -537,10 +533,8 @@ def by_unit(columns: tuple[str, ...], errors: Array) -> Mapping[str, float]:
 class Differences:
     """A later recording without what both share.
 
-    Attributes:
-        prepared: it, as it can be fitted; its robot is the earlier recording's.
-        rows: of the later recording, those with a measured value.
-        paired_rows: of these, how many pair with rows of the earlier one.
+    It is `prepared` to be fitted; its robot is the earlier recording's. Of its `rows` with a measured value
+    `paired_rows` pair with rows of the earlier one.
     """
 
     prepared: Prepared

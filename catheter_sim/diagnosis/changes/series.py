@@ -46,11 +46,8 @@ from catheter_sim.errors import InputError
 class NumberOverTime:
     """A number of a cause that changed, over all recordings.
 
-    Attributes:
-        cause, parameter: whose.
-        changes: since the first recording, of each recording, the first one's 0. A number that is infinite in
-            the first one is told as it is.
-        course: how it went.
+    `changes`: since the first recording, of each recording, the first one's 0. A number that is infinite in
+    the first one is told as it is.
     """
 
     cause: str
@@ -63,9 +60,8 @@ class NumberOverTime:
 class Series:
     """Several recordings of one robot, in the order given.
 
-    Attributes:
-        comparisons: of each later one with the first.
-        numbers: of every cause that changed in any of them.
+    The `comparisons` are of each later one with the first; `numbers`, of every cause that changed in any of
+    them.
     """
 
     comparisons: tuple[Changes, ...]
