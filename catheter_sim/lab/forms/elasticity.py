@@ -117,14 +117,6 @@ def _plateau(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     return rebent(shapes, yielded)
 
 
-def _knee(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"knee": generator.uniform(0.3, 0.6)}
-
-
-def _sectioned_cubic(specimen: Specimen) -> bool:
-    return _has_cubic(specimen) and len(specimen.bench.robot.segments) > 1
-
-
 FORMS = (
     LabForm(
         cause="stiffness",
@@ -189,7 +181,7 @@ FORMS = (
         law="beyond a bend an element gives way by more: the plateau of superelastic NiTi",
         purpose="tune",
         applies=_pulled_cells,
-        draw=_knee,
+        draw=lambda specimen, scale, generator: {"knee": generator.uniform(0.3, 0.6)},
         start=15.0,
         most=150.0,
         shape=_plateau,
@@ -210,7 +202,7 @@ FORMS = (
         name="section",
         law="moment EI (k + c k^3) in one section only",
         purpose="judge",
-        applies=_sectioned_cubic,
+        applies=lambda specimen: _has_cubic(specimen) and len(specimen.bench.robot.segments) > 1,
         draw=_one_segment,
         start=20.0,
         most=300.0,

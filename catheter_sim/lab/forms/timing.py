@@ -32,14 +32,6 @@ _CREEP_S = (15.0, 90.0)
 _PERCENT = 0.01
 
 
-def _lagged(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.lag(course.time_s, u, _TENTH_S * acting.size)
-
-
-def _delayed(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.delay(course.time_s, u, _TENTH_S * acting.size)
-
-
 def _seen_lagged(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     tau = _TENTH_S * acting.size
     return replace(
@@ -56,10 +48,6 @@ def _seen_delayed(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
         p=memory.delay(course.time_s, shapes.p, by),
         angles=memory.delay(course.time_s, shapes.angles, by),
     )
-
-
-def _heavy(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.two_lags(course.time_s, u, _TENTH_S * acting.size)
 
 
 def _slow(acting: Acting, course: Course, u: Array) -> Array:
@@ -107,10 +95,6 @@ def _creep_time(specimen: Specimen, scale: Scale, generator: np.random.Generator
     return {"time_s": float(generator.uniform(*_CREEP_S))}
 
 
-def _creep(acting: Acting) -> Mapping[str, float]:
-    return {"creep": _PERCENT * acting.size, "creep_time_s": acting.numbers["time_s"]}
-
-
 def _responding(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     """What bends bends on: every element's turn creeps, by a logarithm of time."""
 
@@ -129,10 +113,6 @@ def _responding_once(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
         return bends + _PERCENT * acting.size * more
 
     return rebent(shapes, crept)
-
-
-def _shortest(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"shortest_s": float(generator.uniform(1.0, 4.0))}
 
 
 def _warm(acting: Acting, course: Course, u: Array) -> Array:
@@ -168,14 +148,14 @@ FORMS = (
         _LATE,
         name="input_lag",
         law="tau y' = u - y on the commands",
-        command=_lagged,
+        command=lambda acting, course, u: memory.lag(course.time_s, u, _TENTH_S * acting.size),
         parameters=lambda acting: {"lag_s": _TENTH_S * acting.size},
     ),
     replace(
         _LATE,
         name="input_delay",
         law="y(t) = u(t - d) on the commands",
-        command=_delayed,
+        command=lambda acting, course, u: memory.delay(course.time_s, u, _TENTH_S * acting.size),
         parameters=lambda acting: {"delay_s": _TENTH_S * acting.size},
     ),
     replace(
@@ -197,7 +177,7 @@ FORMS = (
         name="two_lags",
         law="two lags of tau / 2 in a row: a heavy drive",
         purpose="tune",
-        command=_heavy,
+        command=lambda acting, course, u: memory.two_lags(course.time_s, u, _TENTH_S * acting.size),
     ),
     replace(
         _LATE,
@@ -240,7 +220,7 @@ FORMS = (
         start=8.0,
         most=50.0,
         command=_creeping,
-        parameters=_creep,
+        parameters=lambda acting: {"creep": _PERCENT * acting.size, "creep_time_s": acting.numbers["time_s"]},
     ),
     LabForm(
         cause="drift",
@@ -269,7 +249,7 @@ FORMS = (
         law="every element bends on, by about log(1 + t / t0): four Kelvin-Voigt elements",
         purpose="judge",
         applies=of_cells,
-        draw=_shortest,
+        draw=lambda specimen, scale, generator: {"shortest_s": float(generator.uniform(1.0, 4.0))},
         start=8.0,
         most=50.0,
         shape=_responding,

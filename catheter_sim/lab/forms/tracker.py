@@ -109,10 +109,6 @@ def _put_up_anew(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     return replace(shapes, p=shapes.p + acting.size * _TENTH_MM * generator.uniform(-1.0, 1.0, 3))
 
 
-def _seed(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"seed": int(generator.integers(2**31))}
-
-
 FORMS = (
     LabForm(
         cause="measurement_frame",
@@ -173,7 +169,7 @@ FORMS = (
         name="each_trial",
         law="p' = p + t_trial, uniform in -+t: put up anew before each trial",
         purpose="judge",
-        draw=_seed,
+        draw=lambda specimen, scale, generator: {"seed": int(generator.integers(2**31))},
         start=12.0,
         most=200.0,
         seen=_put_up_anew,
