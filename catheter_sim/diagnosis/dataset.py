@@ -147,7 +147,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     check_keys(document, str(path))
     head = document["dataset"]
     name, reference, source, licence = texts_of(head, str(path))
-    robot = load_robot(_robot_path(root, reference))
+    robot = load_robot(str(root / reference) if reference.endswith(FILES) else reference)
     gravity = gravity_of(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
     conditions = document["conditions"]
     motion = motion_named(conditions.get("motion", HELD.name), f"{path}: conditions.motion")
@@ -230,10 +230,6 @@ def gravity_of(value: Any, where: str) -> Array:
         if isinstance(item, bool) or not isinstance(item, int | float) or not math.isfinite(item):
             raise InputError(f"{where}: a list of three finite numbers is needed, not {shown(value)}")
     return np.array(value, dtype=float)
-
-
-def _robot_path(root: Path, reference: str) -> str:
-    return str(root / reference) if reference.endswith(FILES) else reference
 
 
 def channel_list(value: Any, where: str) -> tuple[str, ...]:

@@ -489,7 +489,9 @@ def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
         if rows >= 2 * STEP_STRETCH_ROWS:
             parts += [slice(0, rows // 2), slice(rows // 2, rows)]
         for part in parts:
-            shift = min(_best_shift(seen, models, number, part) for models in _models(seen))
+            # Scaled too: where all trials are out of step a scale fits to nothing.
+            both = (seen.models, seen.scaled_models)
+            shift = min(_best_shift(seen, models, number, part) for models in both)
             if shift < 0:
                 faults.append(
                     DataFault(
@@ -547,11 +549,6 @@ def _drives_as_much(seen: BesideModel, number: int, late: int) -> bool:
     """Return whether a trial drives each input that a late one drives, by a fair share of that."""
     mine, other = (np.ptp(seen.drives[k], axis=0) for k in (number, late))
     return bool((mine >= DRIVEN_SHARE * other).all())
-
-
-def _models(seen: BesideModel) -> tuple[Sequence[Array], ...]:
-    """Return the models as they are, and scaled: where all trials are out of step a scale fits to nothing."""
-    return seen.models, seen.scaled_models
 
 
 def _best_shift(seen: BesideModel, models: Sequence[Array], number: int, part: slice) -> int:

@@ -220,12 +220,8 @@ def _calibrated(
         raise InputError(f"{place}: up to inf, the lower end must be above 0")
     width = 1.0 / low if inverse else high - low
     parameter = Parameter(key, value, low, high, scale=width / _RANGE_PARTS, start=value, inverse=inverse)
-    return Nuisance(parameter, partial(_with_number, key), stands_for=same)
+    return Nuisance(parameter, partial(_with_all, (key,)), stands_for=same)
 
 
 def _with_all(keys: Sequence[str], robot: RobotSpec, value: float) -> RobotSpec:
     return with_values(robot, {key: from_file(robot, key, value) for key in keys})
-
-
-def _with_number(key: str, robot: RobotSpec, value: float) -> RobotSpec:
-    return with_values(robot, {key: from_file(robot, key, value)})

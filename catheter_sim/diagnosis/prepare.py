@@ -287,10 +287,6 @@ def pose(prepared: Prepared) -> Posed:
     return Posed(dataset, prepared.registration, train, heldout, thorough, prepared.faults, prepared.lacking)
 
 
-def _calibrated(dataset: Dataset) -> tuple[Nuisance, ...]:
-    return nuisances_of(dataset.robot_reference) if dataset.calibration is None else dataset.calibration
-
-
 def training_problem(
     dataset: Dataset,
     train: Sequence[Trial],
@@ -306,9 +302,10 @@ def training_problem(
     robot = replace(dataset.robot, actuation=actuation)
     columns = dataset.output_channels
     twin = twin or twin_of(dataset, train).predict
+    known = nuisances_of(dataset.robot_reference) if dataset.calibration is None else dataset.calibration
     problem = Problem(
         robot=robot,
-        nuisances=(*_calibrated(dataset), *frame),
+        nuisances=(*known, *frame),
         trials=tuple(train),
         columns=columns,
         weight=np.ones(len(columns)),

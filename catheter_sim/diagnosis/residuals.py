@@ -465,7 +465,8 @@ def score_views(dataset: Dataset, fits: Sequence[TrialFit], unit: str) -> tuple[
                     left, total = explained(
                         coordinate, residuals.values, residuals.blocks, line=view == "time"
                     )
-                    key = (stage, view, _own(name, column))
+                    own = "own" if name.startswith("computed ") else name  # one over all outputs
+                    key = (stage, view, own)
                     past = sums.get(key, (0.0, 0.0))
                     sums[key] = (past[0] + left, past[1] + total)
     return tuple(_best_score(view, sums) for view in VIEWS)
@@ -481,11 +482,6 @@ def _half_width(values: Array, blocks: np.ndarray) -> float:
     count = len(labels)
     variance = count / (count - 1) * float((sums**2).sum()) / len(values) ** 2
     return float(stdtrit(count - 1, 0.975)) * variance**0.5
-
-
-def _own(name: str, column: str) -> str:
-    """Return the coordinate's name; those made from the output itself are one over all outputs."""
-    return "own" if name.startswith("computed ") else name
 
 
 def _best_score(view: str, sums: Mapping[tuple[str, str, str], tuple[float, float]]) -> ViewScore:

@@ -709,15 +709,12 @@ def _singles(
     """
     singles = search.alone(null, simple)
     problem = search.problem
-    if not problem.moving or any(_enough(problem, null, item) for item in singles):
+    if not problem.moving or any(
+        settled(problem, item) or within_model(problem, null, item) for item in singles
+    ):
         return singles, 0
     singles = _once([*singles, *search.alone(null, detailed)])
     return singles, int(any(settled(problem, item) for item in singles))
-
-
-def _enough(problem: Problem, null: Fit, single: Fit) -> bool:
-    """Return whether a single cause leaves as little as any may."""
-    return settled(problem, single) or within_model(problem, null, single)
 
 
 def _ended(problem: Problem, null: Fit, best: Fit, further: bool) -> bool:

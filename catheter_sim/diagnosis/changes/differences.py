@@ -553,7 +553,9 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
     readings, frozen = without_frozen_readings(registered(rounded, base.registration))
     moving = readings.motion.moving
     pairs = [paired(trial.inputs, base.inputs, base.errors, moving) for trial in readings.trials]
-    smooth = smooth_errors(base, replace(base.problem, trials=_unmeasured(readings), every=1))
+    smooth = smooth_errors(
+        base, replace(base.problem, trials=_filled(readings.trials, readings.output_channels), every=1)
+    )
     trials = tuple(
         _without(trial, base.columns, np.where(np.isfinite(item.error), item.error, other))
         for trial, item, other in zip(readings.trials, pairs, smooth, strict=True)
@@ -606,7 +608,9 @@ def _repeatability(
     measured = _measured_rows(readings)
     spread = np.concatenate([item.spread for item in pairs])
     scatter = by_unit(base.columns, np.sqrt(spread))
-    own = smooth_errors(base, replace(base.problem, trials=_unmeasured_of(base), every=1))
+    own = smooth_errors(
+        base, replace(base.problem, trials=_filled(base.problem.trials, base.columns), every=1)
+    )
     left = by_unit(
         base.columns, np.concatenate([error - part for error, part in zip(base.errors, own, strict=True)])
     )
@@ -630,15 +634,11 @@ def _without(trial: Trial, columns: Sequence[str], error: Array) -> Trial:
     return replace(trial, outputs=replace(trial.outputs, columns=outputs))
 
 
-def _unmeasured(dataset: Dataset) -> tuple[Trial, ...]:
+def _filled(trials: Sequence[Trial], columns: Sequence[str]) -> tuple[Trial, ...]:
     """Return trials in which every output has a value, so that every row is predicted."""
-    return tuple(_filled(trial, dataset.output_channels) for trial in dataset.trials)
-
-
-def _unmeasured_of(base: Baseline) -> tuple[Trial, ...]:
-    return tuple(_filled(trial, base.columns) for trial in base.problem.trials)
-
-
-def _filled(trial: Trial, columns: Sequence[str]) -> Trial:
-    zeros = {name: np.zeros(len(trial.inputs)) for name in columns}
-    return replace(trial, outputs=Table(trial.inputs.time_s, zeros, trial.outputs.where))
+    found = []
+    for trial in trials:
+        zeros = {name: np.zeros(len(trial.inputs)) for name in columns}
+        outputs = Table(trial.inputs.time_s, zeros, trial.outputs.where)
+        found.append(replace(trial, outputs=outputs))
+    return tuple(found)
