@@ -121,30 +121,6 @@ BEYOND = "beyond_robot"  # the code of notes on numbers that are far beyond the 
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """Measurements that can be fitted.
-
-    Attributes:
-        dataset: without frozen readings, in the robot's base frame.
-        train, heldout: its trials, parted.
-        registration: how positions were moved into the base frame.
-        twin: what its fits go by.
-        notes: on the files, on frozen sensors and on the twin.
-        faults: what looks wrong with the files themselves, before anything is computed.
-        lacking: what was measured too little to name any cause.
-    """
-
-    dataset: Dataset
-    train: tuple[Trial, ...]
-    heldout: tuple[Trial, ...]
-    registration: Registration
-    twin: Prediction
-    notes: tuple[Note, ...]
-    faults: tuple[DataFault, ...] = ()
-    lacking: tuple[DataFault, ...] = ()
-
-
-@dataclass(frozen=True)
 class ReadData:
     """Measurements as the files have them, before any model is asked.
 
@@ -159,14 +135,25 @@ class ReadData:
     dataset: Dataset
     train: tuple[Trial, ...]
     heldout: tuple[Trial, ...]
-    notes: tuple[Note, ...]
-    faults: tuple[DataFault, ...]
-    lacking: tuple[DataFault, ...]
+    notes: tuple[Note, ...] = ()
+    faults: tuple[DataFault, ...] = ()
+    lacking: tuple[DataFault, ...] = ()
 
     @property
     def can_be_fitted(self) -> bool:
         """Return whether there is enough to fit anything, if nothing can be named."""
         return can_be_fitted(self.train, self.heldout, self.dataset.output_channels)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prepared(ReadData):
+    """Measurements that can be fitted, moved into the robot's base frame by `registration`.
+
+    `twin` is what its fits go by; the notes are on it, too.
+    """
+
+    registration: Registration
+    twin: Prediction
 
 
 def readings_of(dataset: Dataset) -> ReadData:
@@ -194,7 +181,8 @@ def prepare(dataset: Dataset, read: ReadData | None = None) -> Prepared:
     train, heldout = split(moved)
     short = (Note("too_little", item.words) for item in read.lacking)
     notes, faults = (*far, *read.notes, *chosen.notes, *short), impossible or read.faults
-    return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults, read.lacking)
+    given = moved, train, heldout, notes, faults, read.lacking
+    return Prepared(*given, registration=registration, twin=chosen.predict)
 
 
 def within_reach(
@@ -365,7 +353,7 @@ def noise_beside(train: Problem, result: Fit) -> dict[str, float]:
 # The answer where too little was measured to name any cause: no model runs for it.
 
 
-def not_searched(read: ReadData | Prepared) -> DiagnosisResult:
+def not_searched(read: ReadData) -> DiagnosisResult:
     """Return the diagnosis of measurements that lack something: what it is, and nothing of the robot.
 
     No figure is worked out, and no probability. The robot is as specified.

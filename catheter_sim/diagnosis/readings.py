@@ -294,11 +294,6 @@ def _noise(values: Array) -> Array:
     return np.asarray(middle) / np.sqrt(6.0)
 
 
-def files_of(trials: Sequence[Trial], copy: Copy) -> tuple[str, str]:
-    """Return the names of a copy's two trials."""
-    return trials[copy.first].file, trials[copy.second].file
-
-
 # ----------------------------------------------------------------------------------------------------
 # Readings that a sensor repeats are taken out: where it is frozen, and where a file repeats the last one.
 

@@ -171,11 +171,6 @@ def completed(robot: RobotSpec, given: Mapping[str, tuple[float, float]], where:
     return dict(given)
 
 
-def input_columns_of(table: Table, known: Sequence[str]) -> dict[str, Array]:
-    """Return the columns of `table` that are among `known`, in the order of these."""
-    return {name: table.columns[name] for name in known if name in table.columns}
-
-
 def asked_columns(columns: Sequence[str] | None, own: Sequence[str]) -> tuple[str, ...]:
     """Return the columns that are asked of a bench: all of its `own` where none is named.
 

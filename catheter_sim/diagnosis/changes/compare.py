@@ -375,7 +375,7 @@ def _one_robot(run: DiagnosisRun, base: Baseline, after: Dataset) -> RobotSpec:
     moved = registered(after, base.registration)
     trials = (*_named(base.dataset.trials, "earlier"), *_named(moved.trials, "later"))
     both = replace(base.dataset, trials=trials)
-    posed = pose(Prepared(both, *split(both), unmoved(base.registration), base.twin, ()))
+    posed = pose(Prepared(both, *split(both), registration=unmoved(base.registration), twin=base.twin))
     chosen = choose_causes(run, posed, Faults(()), EARLIER_CAUSES).fit
     return robot_with(posed.train, chosen.numbers, chosen.x)
 

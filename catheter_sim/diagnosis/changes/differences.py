@@ -577,10 +577,10 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         difference,
         train,
         heldout,
-        unmoved(base.registration),
-        base.twin,
         (*readings.notes, *base.notes, *frozen),
         lacking=lacking_in(difference, train, heldout),
+        registration=unmoved(base.registration),
+        twin=base.twin,
     )
     rows = _measured_rows(readings)
     with_pair = [mine & (item.count > 0) for mine, item in zip(rows, pairs, strict=True)]
