@@ -40,7 +40,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.motion import motion_step_s
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.fit import Fit, Linearised, damped_step, residuals
+from catheter_sim.diagnosis.fit import Fit, FitTask, Linearised, damped_step, residuals
 from catheter_sim.diagnosis.intervals import intervals, profile_interval
 from catheter_sim.diagnosis.noise import noise_from_row_to_row
 from catheter_sim.diagnosis.notes import Note
@@ -776,10 +776,10 @@ def foreseen(problem: Problem, current: Fit, terms: Sequence[Term], changes: Seq
         columns |= dict(zip(change.keys, change.columns.T, strict=True))
         error = error + (change.error - current.residual)
     jacobian = np.stack([columns[fitted.key] for fitted in numbers], axis=-1)
-    at, prior = Linearised(x, error, jacobian), prior_of(numbers)
-    points = np.array([np.clip(x + damped_step(at, box, damping, prior), *box) for damping in PROBE_DAMPINGS])
+    at, task = Linearised(x, error, jacobian), FitTask(problem, numbers, box, prior_of(numbers))
+    points = np.array([np.clip(x + damped_step(task, at, damping), *box) for damping in PROBE_DAMPINGS])
     errors = error + (points - x) @ jacobian.T
-    costs = [float(item @ item) + prior.cost(point) for item, point in zip(errors, points, strict=True)]
+    costs = [task.cost(item, point) for item, point in zip(errors, points, strict=True)]
     order = np.argsort(costs, kind="stable")
     return Foreseen(costs[order[0]], points[order])
 
