@@ -95,12 +95,7 @@ CAPTIONS = {
 
 
 def validation_html(validation: Validation, pictures: Sequence[Path] = ()) -> str:
-    """Return a validation as one HTML text that needs no network.
-
-    Args:
-        validation: its lines and findings.
-        pictures: PNG files to put into it.
-    """
+    """Return a validation as one HTML text that needs no network."""
     judged = [line for line in validation.lines if line.tolerance is not None]
     out = [line for line in validation.lines if not line.passed]
     ids = list(dict.fromkeys(line.robot for line in validation.lines))
