@@ -68,6 +68,10 @@ def step_together(simulators: Sequence[Simulator], count: int = 1) -> None:
     Simulators that stand on the same model and data and are not given are taken along.
     `data.qfrc_applied` is the laws' own: forces on the rest of the model go into `data.xfrc_applied`.
 
+    Args:
+        simulators: of one model and data.
+        count: number of steps.
+
     Raises:
         InputError: no simulator, they have not one model and data in common, or a newer one has taken the
             place of one of them.
