@@ -178,12 +178,8 @@ def errors_in_noise(
 class BesideModel:
     """All trials, the held-out ones too, measured and computed.
 
-    Attributes:
-        trials: all.
-        columns: outputs.
-        models: what the calibrated model says, shape (r, o) each.
-        noise: of each unit.
-        moving: whether the robot moved while it was measured.
+    `models` are what the calibrated model says, shape (r, o) each; `noise` is that of each unit. `moving`:
+    the robot moved while it was measured.
     """
 
     trials: Sequence[Trial]
@@ -641,12 +637,9 @@ _READ = {
 class Beyond:
     """A column whose numbers are far beyond the robot.
 
-    Attributes:
-        column: of the inputs or outputs.
-        times: what the robot can do.
-        what: what is beyond, a sentence without its end.
-        kind: "way" of a tendon, "N", or "mm" and "deg" of a motion.
-        impossible: by so much that no such robot was measured.
+    `times` is how many times what the robot can do; `what` is beyond, a sentence without its end; `kind` is
+    "way" of a tendon, "N", or "mm" and "deg" of a motion. `impossible`: by so much that no such robot was
+    measured.
     """
 
     column: str

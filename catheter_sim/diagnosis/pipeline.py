@@ -163,12 +163,8 @@ def diagnose_dataset(
 class Investigation:
     """A diagnosis with the hypotheses that it tried, for whoever plans what to measure next.
 
-    Attributes:
-        diagnosis: the answer.
-        posed: the problem that hypotheses were fitted to.
-        settled: the hypothesis at which it ended, named or not.
-        equals: those that explain the data as well, another cause in a settled one's place.
-        hypotheses: every set of causes that was fitted.
+    `settled` is the hypothesis at which it ended, named or not; `equals` explain the data as well, another
+    cause in a settled one's place; `hypotheses` has every set of causes that was fitted.
     """
 
     diagnosis: DiagnosisResult

@@ -183,14 +183,8 @@ def with_intervals(causes: Sequence[Cause], ends: Mapping[tuple[str, str], Inter
 class Pruning:
     """What causes are pruned by.
 
-    Attributes:
-        problem: the training trials.
-        test: the held-out trials.
-        before: the calibrated model without causes.
-        noise: of each unit.
-        unit: in which shares of the gain are counted.
-        thorough: as for `fit`.
-        pool: where to fit.
+    `problem` has the training trials, `test` the held-out ones; `before` is the calibrated model without
+    causes, `noise` that of each unit. Shares of the gain are counted in `unit`.
     """
 
     problem: Problem

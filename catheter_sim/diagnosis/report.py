@@ -232,12 +232,8 @@ def _why_not(diagnosis: DiagnosisResult) -> str:
 class Head:
     """What a report says that is not of one recording, but of a comparison of two.
 
-    Attributes:
-        sentence: what was found.
-        verdict: of diagnosis.json.
-        asks: what the verdict asks a reader to do.
-        title: above the causes.
-        null: what a number's value without the cause is.
+    `verdict` is that of diagnosis.json, `asks` what it asks a reader to do, `title` stands above the causes;
+    `null` says what a number's value without the cause is.
     """
 
     sentence: str
