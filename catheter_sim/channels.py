@@ -89,11 +89,6 @@ def _channel_gains(drives: tuple[Drive, ...]) -> Array:
     return found
 
 
-def channel_names(robot: RobotSpec) -> list[str]:
-    """Return the robot's channels, each once, in the order of its input columns."""
-    return [drive.channel for drive in drives_of(robot)]
-
-
 def input_channels(robot: RobotSpec, actuation: str | None = None) -> list[str]:
     """Return the names of the robot's actuator columns (`tension_right_N`), each once."""
     return [drive.column for drive in drives_of(robot, actuation)]

@@ -22,8 +22,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where 
 
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.errors import InputError
-from catheter_sim.lab.robots import BENCH_ROBOTS, named_robots
+from catheter_sim.lab.robots import BENCH_ROBOTS
 from hidden_effects.first_bench import as_text, miss_text, run_bench, summary
+from hidden_effects.planting import named_robots
 from hidden_effects.running import show_table
 
 

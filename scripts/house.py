@@ -4,27 +4,37 @@
     python scripts/house.py ../old     # of another one
 
 Walks follow calls by their names, from a public function through every function of the package that it may
-call, each once, in the order of the calls. A return is a step into a folder that the walk had left. A path
-to a call holds the functions of such a walk that lead to it; methods are found by the classes of what they
-are called on, where assignments and annotations tell these.
+call, each once, in the order of the calls. Methods are found by the classes of what they are called on, where
+assignments and annotations tell these; else by their name, if only one class has it and none of Python's own.
+A return is a step into a folder that the walk had left. A path to a call holds the functions of such a walk
+that lead to it.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import builtins
 import itertools
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from io import StringIO
 from pathlib import Path
 
 PACKAGE = "catheter_sim"
 MOST_PRIVATE_ARGUMENTS, MOST_KERNEL_ARGUMENTS = 9, 12
 STEPS = frozenset({"mj_step", "mj_step1", "mj_step2"})
 Function = ast.FunctionDef | ast.AsyncFunctionDef
+ELSEWHERE = "?"  # a class that is none of the package's
+ARRAY = f"{PACKAGE}.arrays.Array"
+UNKNOWN = frozenset({"typing.Any", "object", "collections.abc.Callable"})  # what may hold the package's, too
+LITERALS = (ast.Constant, ast.JoinedStr, ast.List, ast.Dict, ast.Set, ast.Tuple, ast.ListComp, ast.DictComp)
+OF_PYTHON = frozenset(
+    name for kind in (str, bytes, list, tuple, dict, set, Path, StringIO) for name in dir(kind)
+)
 
 
 @dataclass(frozen=True)
@@ -54,6 +64,7 @@ class House:
 
     def __init__(self, root: Path) -> None:
         self.files: dict[str, File] = {}
+        self.names: dict[int, dict[str, str]] = {}  # `names_in`, by what they stand in
         for path in sorted((root / PACKAGE).rglob("*.py")):
             below = path.relative_to(root)
             parts = below.with_suffix("").parts
@@ -167,26 +178,37 @@ class House:
 
     def names_in(self, file: File, inside: ast.AST) -> Mapping[str, str]:
         """Return what names mean in a function or a class: those that its file and itself import."""
-        names: dict[str, str] = {}
+        if id(inside) in self.names:
+            return self.names[id(inside)]
+        names = self.names[id(inside)] = dict[str, str]()
         for node in (*ast.walk(inside), *file.tree.body):
             if isinstance(node, ast.ImportFrom) and node.module:
                 names |= {item.asname or item.name: f"{node.module}.{item.name}" for item in node.names}
+            elif isinstance(node, ast.Import):
+                names |= {item.asname or item.name: item.name for item in node.names}
         return names
 
     def calls(self, file: File, function: Function) -> Iterator[tuple[File, Function]]:
-        """Yield the package's functions that a function calls by name, in the order of its text."""
-        names = self.names_in(file, function)
+        """Yield the package's functions that a function uses, in the order of its text.
+
+        A method is that of the class of what it is called on; where no class is known, the only one of its
+        name, if it is called.
+        """
+        names, class_of = self.names_in(file, function), self.reader(file, function)
         asked = [node for node in ast.walk(function) if isinstance(node, ast.Name | ast.Attribute)]
         called = {id(node.func) for node in ast.walk(function) if isinstance(node, ast.Call)}
-        for node in sorted(asked, key=lambda node: (node.lineno, node.col_offset)):
+        for node in sorted(asked, key=lambda node: (node.end_lineno or 0, node.end_col_offset or 0)):
+            found: tuple[File, Function] | None = None
             if isinstance(node, ast.Name):
-                wanted = names.get(node.id, f"{file.name}.{node.id}")
+                found = self.functions.get(names.get(node.id, f"{file.name}.{node.id}"))
             elif isinstance(node.value, ast.Name) and node.value.id in names:
-                wanted = f"{names[node.value.id]}.{node.attr}"
-            else:
-                wanted = f".{node.attr}" if id(node) in called else ""
-            if wanted in self.functions:
-                yield self.functions[wanted]
+                found = self.functions.get(f"{names[node.value.id]}.{node.attr}")
+            elif owner := class_of(node.value):
+                found = self.method(owner, node.attr)
+            elif id(node) in called and node.attr not in OF_PYTHON:
+                found = self.functions.get(f".{node.attr}")
+            if found is not None:
+                yield found
 
     @cached_property
     def classes(self) -> Mapping[str, tuple[File, ast.ClassDef]]:
@@ -215,16 +237,38 @@ class House:
         return next((item for item in inherited if item is not None), None)
 
     def class_meant(self, file: File, written: ast.expr | None, names: Mapping[str, str]) -> str:
-        """Return the package's class that an annotation or a base names; "": none."""
+        """Return the class that an annotation or a base names; "": it is not known."""
         while isinstance(written, ast.Subscript | ast.BinOp):
             written = written.value if isinstance(written, ast.Subscript) else written.left
+        if isinstance(written, ast.Attribute) and isinstance(written.value, ast.Name):
+            return ELSEWHERE if written.value.id in names and written.attr != "Any" else ""
         if not isinstance(written, ast.Name):
             return ""
         meant = names.get(written.id, f"{file.name}.{written.id}")
-        return meant if meant in self.classes else ""
+        if meant in self.classes:
+            return meant
+        ours = meant.split(".")[0] == PACKAGE
+        foreign = written.id in vars(builtins) or (written.id in names and (not ours or meant == ARRAY))
+        return ELSEWHERE if foreign and meant not in UNKNOWN else ""
 
-    def calls_of_methods(self, file: File, function: Function) -> Iterator[tuple[File, Function]]:
-        """Yield the methods that a function uses, by the classes of its arguments and variables."""
+    def field(self, owner: str, name: str) -> str:
+        """Return the class of a field or a property of a class, by its annotation; "": it is not known."""
+        if owner not in self.classes:
+            return owner and ELSEWHERE
+        found = self.method(owner, name)
+        if found is not None:
+            is_property = any("property" in ast.unparse(item) for item in found[1].decorator_list)
+            return self.class_meant(found[0], found[1].returns, self.names_in(*found)) if is_property else ""
+        file, node = self.classes[owner]
+        names = self.names_in(file, node)
+        for item in node.body:
+            if isinstance(item, ast.AnnAssign) and ast.unparse(item.target) == name:
+                return self.class_meant(file, item.annotation, names)
+        inherited = (self.field(self.class_meant(file, base, names), name) for base in node.bases)
+        return next((item for item in inherited if item not in ("", ELSEWHERE)), "")
+
+    def reader(self, file: File, function: Function) -> Callable[[ast.expr], str]:
+        """Return what tells an expression's class in a function, by its arguments and its assignments."""
         names, taken = self.names_in(file, function), function.args
         classes = {
             item.arg: self.class_meant(file, item.annotation, names)
@@ -233,36 +277,43 @@ class House:
         classes["self"] = self.owners.get(id(function), "")
 
         def class_of(value: ast.expr) -> str:
+            if isinstance(value, LITERALS):
+                return ELSEWHERE
             if isinstance(value, ast.Name):
                 return classes.get(value.id, "")
-            if not isinstance(value, ast.Call):
-                return ""
-            asked = value.func
+            if isinstance(value, ast.Attribute):
+                return self.field(class_of(value.value), value.attr)
+            return class_made(value.func) if isinstance(value, ast.Call) else ""
+
+        def class_made(asked: ast.expr) -> str:
+            called = None
             if isinstance(asked, ast.Name):
                 meant = names.get(asked.id, f"{file.name}.{asked.id}")
-                called = None if meant in self.classes else self.functions.get(meant)
-                if called is None:
-                    return meant if meant in self.classes else ""
+                if meant in self.classes:
+                    return meant
+                called = self.functions.get(meant)
             elif isinstance(asked, ast.Attribute):
-                called = self.method(class_of(asked.value), asked.attr)
-            else:
-                called = None
-            return (
-                ""
-                if called is None
-                else self.class_meant(called[0], called[1].returns, self.names_in(*called))
-            )
+                module = names.get(asked.value.id, "") if isinstance(asked.value, ast.Name) else ""
+                if module and module.split(".")[0] != PACKAGE:
+                    return ELSEWHERE
+                owner = class_of(asked.value)
+                if owner == ELSEWHERE:
+                    return ELSEWHERE
+                called = self.functions.get(f"{module}.{asked.attr}") or self.method(owner, asked.attr)
+            return "" if called is None else self.class_meant(*self.returned(called))
 
         for node in ast.walk(function):
             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
                 classes[node.targets[0].id] = class_of(node.value)
+            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                classes[node.target.id] = self.class_meant(file, node.annotation, names)
             elif isinstance(node, ast.withitem) and isinstance(node.optional_vars, ast.Name):
                 classes[node.optional_vars.id] = class_of(node.context_expr)
-        for node in ast.walk(function):
-            if isinstance(node, ast.Attribute):
-                found = self.method(class_of(node.value), node.attr)
-                if found is not None:
-                    yield found
+        return class_of
+
+    def returned(self, called: tuple[File, Function]) -> tuple[File, ast.expr | None, Mapping[str, str]]:
+        """Return a function's file, what it says that it returns, and what names mean there."""
+        return called[0], called[1].returns, self.names_in(*called)
 
     def path(self, start: str, ends: frozenset[str]) -> list[tuple[File, Function]]:
         """Return the functions on a way of calls from one to where an attribute of such a name is used."""
@@ -274,7 +325,7 @@ class House:
             if id(function) in found:
                 continue
             found[id(function)] = (file, function)
-            for called in (*self.calls(file, function), *self.calls_of_methods(file, function)):
+            for called in self.calls(file, function):
                 callers.setdefault(id(called[1]), []).append(id(function))
                 waiting.append(called)
         leading = {

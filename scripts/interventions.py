@@ -20,10 +20,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
 from catheter_sim.errors import InputError
-from catheter_sim.lab.robots import named_robots
 from hidden_effects.interventions import as_text, draw_text, is_miss, run_bench, scoring_code, summary
 from hidden_effects.natural import CHANGED
 from hidden_effects.options import draws_of, ended, keeping, parser_of
+from hidden_effects.planting import named_robots
 
 
 def main() -> int:

@@ -22,9 +22,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
 from catheter_sim.errors import InputError
-from catheter_sim.lab.robots import named_robots
 from hidden_effects.natural import CHANGED, NOT_MADE, as_text, judging_code, miss_text, run_bench, summary
 from hidden_effects.options import draws_of, ended, keeping, parser_of
+from hidden_effects.planting import named_robots
 
 
 def main() -> int:

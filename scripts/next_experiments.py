@@ -27,7 +27,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where 
 
 from catheter_sim.cli.arguments import whole_number, whole_numbers
 from catheter_sim.errors import InputError
-from catheter_sim.lab.robots import named_robots
 from hidden_effects.next_experiments import (
     ASKED_DRAWS,
     as_text,
@@ -37,6 +36,7 @@ from hidden_effects.next_experiments import (
     settles,
     summary,
 )
+from hidden_effects.planting import named_robots
 from hidden_effects.running import keep_settings, run_all, show_table
 
 ROBOTS = "mitral_4dof,mitral_transseptal,file_displacement"  # a diagnosis of them takes seconds

@@ -98,6 +98,21 @@ def test_a_path_follows_methods_by_their_classes_and_leaves_out_what_leads_nowhe
     assert [function.name for _, function in path] == ["start", "go", "_one"]
 
 
+def test_a_walk_follows_fields_and_leaves_names_of_python_alone(tmp_path: Path) -> None:
+    """Of two classes with a `go` it takes that of the field; a `copy` of what is not known is nobody's."""
+    found = made(
+        tmp_path,
+        a="from catheter_sim.b import Holder\ndef start(held: Holder, other):\n    held.runner.go()\n"
+        "    other.copy()\n    other.alone()\n",
+        b="class Runner:\n    def go(self): ...\nclass Other:\n    def go(self): ...\n"
+        "    def copy(self): ...\n    def alone(self): ...\nclass Holder:\n    runner: Runner\n",
+    )
+    walk = found.walk("catheter_sim.a.start")
+    owners = [found.owners.get(id(function), "") for _, function in walk]
+    assert [function.name for _, function in walk] == ["start", "go", "alone"]
+    assert owners == ["", "catheter_sim.b.Runner", "catheter_sim.b.Other"]
+
+
 def test_long_signatures_are_counted(tmp_path: Path) -> None:
     """A private function of ten arguments, a private class's constructor, and a kernel of thirteen."""
     ten, thirteen = (", ".join(f"a{k}" for k in range(count)) for count in (10, 13))

@@ -86,10 +86,7 @@ def drive(options: argparse.Namespace) -> DrivenRobot:
 def inputs_until(driven: DrivenRobot, row: int | None, time_s: float | None) -> Inputs:
     """Return what arrives at the robot up to a row of the file, or up to a time of its clock.
 
-    Args:
-        driven: what a verb drives.
-        row: the last row, 1 for the first; None: as `time_s` says.
-        time_s: where the inputs end, on the line between two rows [s]; None: at the last row.
+    `row`, 1 for the first, counts before `time_s` [s], which lies on the line between two rows; neither: all.
 
     Raises:
         InputError: the file has no such row or time.
@@ -115,9 +112,7 @@ def inputs_until(driven: DrivenRobot, row: int | None, time_s: float | None) -> 
 def lines_named(table: Table, always: bool = False) -> Iterator[None]:
     """Put the file and its line into an error that tells of a row of the inputs in `table`.
 
-    Args:
-        table: the file of inputs.
-        always: put the file before every other error too.
+    `always`: put the file before every other error too.
     """
     try:
         yield

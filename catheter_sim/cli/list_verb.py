@@ -77,8 +77,7 @@ def listing() -> dict[str, list[dict[str, Any]]]:
 def robot_listing(reference: str) -> dict[str, Any]:
     """Return what one robot takes and gives, ready for JSON.
 
-    Args:
-        reference: a robot id or the path of a robot `.toml`.
+    `reference`: a robot id or the path of a robot `.toml`.
 
     Raises:
         InputError: unknown robot, unreadable file, impossible robot.

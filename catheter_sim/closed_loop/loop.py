@@ -50,10 +50,7 @@ Recording = tuple[str, str, Table]  # file, role ("train" or "heldout"), command
 def plays_of(programme: Table, robot: RobotSpec, name: str) -> tuple[tuple[str, str, Table], ...]:
     """Return the plays of an experiment: name, role and inputs of each, every input column in them.
 
-    Args:
-        programme: inputs in file units, from rest.
-        robot: its columns.
-        name: of the experiment; the plays are called `name_1`, `name_2`, ...
+    `programme`: inputs in file units, from rest; the plays are called `name_1`, `name_2`, ...
     """
     none = np.zeros(len(programme.time_s))
     columns = {column: programme.columns.get(column, none) for column in input_channels(robot)}
@@ -168,11 +165,8 @@ class Proposed:
 class LoopStep:
     """A diagnosis, and what was proposed after it.
 
-    Attributes:
-        recordings: how many there were.
-        found: what the diagnosis said; None: there were none to diagnose.
-        proposed: the experiment that follows; None: the loop ends here.
-        end: why the loop ended; "" where it goes on.
+    `found` is None where there was nothing to diagnose, `proposed` where the loop ends here; `end` says why
+    it ended, "" where it goes on.
     """
 
     recordings: int
@@ -213,8 +207,7 @@ class LoopFolder:
     def steps(self, about: Mapping[str, Any]) -> list[LoopStep]:
         """Return the steps so far.
 
-        Args:
-            about: robot, gravity and columns of the bench.
+        `about`: robot, gravity and columns of the bench.
 
         Raises:
             InputError: the folder holds another bench's loop, or a file that is none.
@@ -385,14 +378,8 @@ def run_loop(
 ) -> LoopOutcome:
     """Run a closed loop, or go on with one whose folder is given.
 
-    Args:
-        rig: the bench.
-        folder: where recordings, steps and the last report are kept.
-        first: recordings that there are already; without any, the loops of each channel are played first.
-        budget: how much may be spent; default: `Budget()`.
-        place: where to fit.
-        progress: show what a diagnosis is doing.
-        say: called with a line where something was found, proposed or measured.
+    Without `first`, recordings that there are already, the loops of each channel are played first. `say` is
+    called with a line where something was found, proposed or measured.
 
     Raises:
         InputError: the folder holds another bench's loop, a recording is not what it must be, or the bench

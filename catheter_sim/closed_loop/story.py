@@ -106,9 +106,8 @@ def _found_words(found: LoopFinding, recordings: int, before: LoopFinding | None
     text = begin + found.sentence
     open_now = _likely(found.believed)
     if found.sure:
-        return (
-            f"{text} {listed([words(name) for name in found.sure]).capitalize()} stood at {_top(found):.2f}."
-        )
+        top = min((found.believed[name] for name in found.sure), default=math.nan)
+        return f"{text} {listed([words(name) for name in found.sure]).capitalize()} stood at {top:.2f}."
     if found.alike:
         groups = "; ".join(listed([words(name) for name in group]) for group in found.alike)
         text += f" But the data could not tell apart {groups}: each explains them as well"
@@ -174,10 +173,6 @@ def _likely(believed: Mapping[str, float]) -> list[tuple[str, float]]:
 
 def _believed(found: LoopFinding) -> str:
     return ", ".join(f"{words(name)} {value:.2f}" for name, value in _likely(found.believed))
-
-
-def _top(found: LoopFinding) -> float:
-    return min((found.believed[name] for name in found.sure), default=math.nan)
 
 
 def _minutes(minutes: float) -> str:

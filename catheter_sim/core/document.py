@@ -270,9 +270,7 @@ def _label(item: Any, index: int) -> str:
 def parse_override(text: str, said: str = "--set") -> tuple[str, Any]:
     """Return the key and value of `KEY=VALUE`; a value that reads as a number is one.
 
-    Args:
-        text: the setting.
-        said: what errors call it.
+    `said`: what errors call it.
 
     Raises:
         InputError: there is no `=`, no key before it, or a number that is too large.

@@ -51,11 +51,7 @@ def number_of(
 ) -> float:
     """Return an argument as a number.
 
-    Args:
-        value: what a user gave: a number of Python's or of NumPy's.
-        where: what it is called.
-        needed: what would be right, with its article.
-        holds: whether a number is.
+    `needed` says what would be right, with its article; `holds`, whether a number is.
 
     Raises:
         InputError: it is no number, or `holds` is false of it.
@@ -239,9 +235,7 @@ _FARTHEST_M = 10.0  # of a marker from its element
 def check_shared(robot: RobotSpec, where: str) -> None:
     """Raise `InputError` where a number that robots of all kinds have is impossible.
 
-    Args:
-        robot: the robot.
-        where: what to call it in the message (file or robot id).
+    `where`: what to call it in the message (file or robot id).
     """
     top = f"{where}: "
     if not robot.name.strip() or not robot.name.isprintable() or len(robot.name) > _LONGEST_MARKER:
@@ -276,10 +270,7 @@ def check_shared(robot: RobotSpec, where: str) -> None:
 def check_markers(robot: RobotSpec, elements: int, where: str) -> None:
     """Raise `InputError` where a marker is impossible.
 
-    Args:
-        robot: the robot.
-        elements: how many cells, links, rings or disks it has.
-        where: what to call it in the message (file or robot id).
+    `elements`: how many cells, links, rings or disks it has; `where`: what to call it in the message.
     """
     if len(robot.markers) > _MOST_MARKERS:
         raise InputError(f"{where}: {len(robot.markers)} markers: more than {_MOST_MARKERS}")

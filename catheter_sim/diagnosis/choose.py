@@ -52,10 +52,8 @@ the noise; of a bump that no cause makes, and that is seen, several times the no
 class Choice:
     """What was chosen before the held-out trials were looked at.
 
-    Attributes:
-        candidates: the effects that were tried; (): none, since the data look wrong.
-        selection: what the search tried and chose, by few rows.
-        fit: the chosen hypothesis, each cause in its best form, fitted to every training row.
+    `candidates` were tried (none, where the data look wrong), by few rows (`selection`); `fit` has each cause
+    in its best form, fitted to every training row.
     """
 
     candidates: tuple[str, ...]
@@ -86,11 +84,8 @@ def choose_causes(run: DiagnosisRun, posed: Posed, faults: Faults, most: int = M
 class Settled:
     """The hypothesis that the held-out trials leave.
 
-    Attributes:
-        pruning: what its causes were pruned by: noise, unit, where to fit.
-        pruned: it, its held-out figures, and what was taken out.
-        soaked: causes taken out since their numbers are not plausible.
-        equals: hypotheses that do as well on both parts, one other effect in each.
+    `soaked` are causes taken out since their numbers are not plausible; `equals` do as well on both parts,
+    one other effect in each.
     """
 
     pruning: Pruning
@@ -145,14 +140,8 @@ def with_plausible_causes(
 ) -> Settled:
     """Return a pruned hypothesis without what is not plausible, and with its equals.
 
-    Args:
-        run: where to fit.
-        posed: the trials.
-        choice: the effects that were tried.
-        pruning: what causes were pruned by.
-        pruned: the hypothesis.
-        equals: hypotheses that do as well as the one from which causes were taken out.
-        soaked: causes that were not plausible before.
+    `equals` do as well as the hypothesis from which causes were taken out; `soaked` were not plausible
+    before.
     """
     plausible, more = without_soaking(pruning, pruned)
     if plausible.after.terms and (more or pruned.weak or pruned.unsure):

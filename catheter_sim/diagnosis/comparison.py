@@ -147,19 +147,8 @@ def choose_on_heldout(
     """Return the hypothesis that does best on the held-out trials, and those that do as well there too.
 
     `chosen` gives way only where another one is better by more than chance; the allowed chance is divided by
-    the number of the others.
-
-    Args:
-        problem: the training trials.
-        test: the held-out trials.
-        chosen: fitted to all training rows.
-        equals: hypotheses that explain the training trials as well, one other effect in each (`Selection`).
-        thorough: as for `fit`.
-        pool: where to fit.
-
-    Returns:
-        The hypothesis fitted to all training rows, and those that do as well on both parts
-        (`comparison.rival_groups`).
+    the number of the others. `chosen` and what is returned are fitted to all training rows; `equals` explain
+    the training trials as well, one other effect in each (`Selection`).
     """
     fits = [
         chosen,

@@ -155,11 +155,8 @@ def examined_plainly(posed: Posed, before: Calibrated, settled: Settled) -> Exam
 class Scores:
     """Every hypothesis with what it predicts.
 
-    Attributes:
-        hypotheses: one of every set of causes that was fitted.
-        beliefs: the probability of every cause, of groups, of none and of something outside the list.
-        evidence: what they were worked out from.
-        unlisted: one cause in a form that is not listed, in the place of many corrections; None: not asked.
+    `hypotheses` has one of every set of causes that was fitted; `unlisted` is one cause in a form that is not
+    listed, in the place of many corrections, None: not asked.
     """
 
     hypotheses: tuple[Scored, ...]
@@ -278,10 +275,8 @@ def unjudged(before: Calibrated, faults: Faults) -> Verdict:
 class Replayed:
     """What the simulation does on the held-out trials.
 
-    Attributes:
-        replays: one of each trial; (): none was asked for.
-        shift: by how much the simulation would change the numbers of the reported hypothesis, in their
-            scales, shape (p,); None: unknown.
+    No `replays`: none was asked for. `shift`, by how much the simulation would change the numbers of the
+    reported hypothesis, in their scales, shape (p,); None: unknown.
     """
 
     replays: tuple[Replay, ...] = ()

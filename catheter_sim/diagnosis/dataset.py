@@ -90,12 +90,7 @@ def refuse_copies(dataset: Dataset, digests: Mapping[str, bytes], where: str) ->
 
     Measured data never repeat to the last digit, so that such a trial was copied, and a fit would be tested
     on what it was fitted to. A repeated measurement is no copy, nor is a trial of one row or in which nothing
-    changes.
-
-    Args:
-        dataset: the data.
-        digests: of each trial's bytes.
-        where: what to call the data in the error.
+    changes. `digests`: of each trial's bytes; `where`: what to call the data in the error.
     """
     first: dict[bytes, str] = {}
     copies: dict[str, str] = {}
@@ -152,7 +147,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     check_keys(document, str(path))
     head = document["dataset"]
     name, reference, source, licence = texts_of(head, str(path))
-    robot = load_robot(_robot_path(root, reference))
+    robot = load_robot(str(root / reference) if reference.endswith(FILES) else reference)
     gravity = gravity_of(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
     conditions = document["conditions"]
     motion = motion_named(conditions.get("motion", HELD.name), f"{path}: conditions.motion")
@@ -194,12 +189,8 @@ def check_keys(
 ) -> None:
     """Raise `InputError` where a `dataset.toml` lacks a table or a key, or has an unknown one.
 
-    Args:
-        document: what was read.
-        where: its name in errors.
-        needed: keys of each table that must be there; `trials` must be, too.
-        optional: further keys of these tables.
-        optional_tables: further tables.
+    `needed` has the keys of each table that must be there (`trials` must be, too), `optional` further keys of
+    these; `where` is its name in errors.
     """
     tables = (*needed, "trials")
     for table in document:
@@ -239,10 +230,6 @@ def gravity_of(value: Any, where: str) -> Array:
         if isinstance(item, bool) or not isinstance(item, int | float) or not math.isfinite(item):
             raise InputError(f"{where}: a list of three finite numbers is needed, not {shown(value)}")
     return np.array(value, dtype=float)
-
-
-def _robot_path(root: Path, reference: str) -> str:
-    return str(root / reference) if reference.endswith(FILES) else reference
 
 
 def channel_list(value: Any, where: str) -> tuple[str, ...]:

@@ -118,7 +118,7 @@ def to_json(diagnosis: DiagnosisResult) -> dict[str, Any]:
         "unproved": cause_entries(diagnosis.unproved.causes if diagnosis.unproved else ()),
         "probabilities": dict(diagnosis.probabilities),
         "evidence": {name: dict(numbers) for name, numbers in diagnosis.evidence.items()},
-        "ranking": _ranked(diagnosis),
+        "ranking": [asdict(candidate) for candidate in diagnosis.ranking],
         "indistinguishable": [list(group) for group in diagnosis.indistinguishable],
         "suspicions": [
             {"what": item.what, "where": item.where, "rows": list(item.rows)}
@@ -128,8 +128,7 @@ def to_json(diagnosis: DiagnosisResult) -> dict[str, Any]:
         "next_experiment": diagnosis.next_experiment.words,
         "next_experiment_inputs": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs else None,
         "next_experiment_over_noise": {
-            name: {"twin": item.twin, "simulation": item.simulation}
-            for name, item in diagnosis.next_experiment.apart.items()
+            name: asdict(item) for name, item in diagnosis.next_experiment.apart.items()
         },
         "by_unit": {
             unit: {"noise_floor": result.noise_floor, **_heldout(result)}
@@ -190,17 +189,6 @@ def cause_entries(causes: Sequence[Cause]) -> list[dict[str, Any]]:
     ]
 
 
-def _ranked(diagnosis: DiagnosisResult) -> list[dict[str, Any]]:
-    return [
-        {
-            "causes": list(candidate.causes),
-            "heldout_rmse": candidate.heldout_rmse,
-            "cross_validated_rmse": candidate.cross_validated_rmse,
-        }
-        for candidate in diagnosis.ranking
-    ]
-
-
 def _residual_tests(diagnosis: DiagnosisResult) -> dict[str, list[dict[str, Any]]]:
     return {
         stage: [
@@ -235,7 +223,7 @@ def _finite(value: Any, key: str, undefined: dict[str, str]) -> Any:
         return {
             name: _finite(item, f"{key}.{name}" if key else name, undefined) for name, item in value.items()
         }
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [_finite(item, f"{key}.{index}", undefined) for index, item in enumerate(value)]
     if isinstance(value, bool) or value is None or isinstance(value, str | int):
         return value

@@ -119,14 +119,9 @@ def relative_error(
 ) -> float:
     """Return the error over the measurements' spread, root mean square over units; inf: no posture.
 
-    Of each unit all columns count together, so that those that move most count most.
-
-    Args:
-        models: what the model says, shape (r, o) each.
-        measured: the same as measured; NaN: missing.
-        columns: outputs.
-        shifted: errors of positions are counted about their means.
-        beside: outputs whose spread counts instead of the measured ones', shape (r, o).
+    Of each unit all columns count together, so that those that move most count most. `models`, `measured`
+    (NaN: missing) and `beside`, whose spread counts instead of the measured ones', have the shape (r, o)
+    each. `shifted`: errors of positions are counted about their means.
     """
     model, values = np.concatenate(models), np.concatenate(measured)
     if not np.isfinite(model[np.isfinite(values)]).all():
@@ -183,12 +178,8 @@ def errors_in_noise(
 class BesideModel:
     """All trials, the held-out ones too, measured and computed.
 
-    Attributes:
-        trials: all.
-        columns: outputs.
-        models: what the calibrated model says, shape (r, o) each.
-        noise: of each unit.
-        moving: whether the robot moved while it was measured.
+    `models` are what the calibrated model says, shape (r, o) each; `noise` is that of each unit. `moving`:
+    the robot moved while it was measured.
     """
 
     trials: Sequence[Trial]
@@ -387,11 +378,8 @@ def outputs_that_do_not_follow(problem: Problem, models: Sequence[Array]) -> tup
     Such an output is hardly a function of the inputs, of their squares, and of what the model says now and
     some rows before: these explain less than `FOLLOWS_SHARE` of its variance (adjusted for their number). It
     is noise, or a tracker that nobody attached. Where noise would hide the expected motion nothing is said,
-    unless it does so in every output.
-
-    Args:
-        problem: the training trials.
-        models: what the calibrated model says of them, shape (r, o) each.
+    unless it does so in every output. `models`: what the calibrated model says of the training trials, shape
+    (r, o) each.
     """
     measured = [measured_of(trial, problem.columns) for trial in problem.trials]
     groups = {point: list(axes.values()) for point, axes in points_of(problem.columns).items()}
@@ -497,7 +485,9 @@ def _ahead(seen: BesideModel) -> tuple[DataFault, ...]:
         if rows >= 2 * STEP_STRETCH_ROWS:
             parts += [slice(0, rows // 2), slice(rows // 2, rows)]
         for part in parts:
-            shift = min(_best_shift(seen, models, number, part) for models in _models(seen))
+            # Scaled too: where all trials are out of step a scale fits to nothing.
+            both = (seen.models, seen.scaled_models)
+            shift = min(_best_shift(seen, models, number, part) for models in both)
             if shift < 0:
                 faults.append(
                     DataFault(
@@ -555,11 +545,6 @@ def _drives_as_much(seen: BesideModel, number: int, late: int) -> bool:
     """Return whether a trial drives each input that a late one drives, by a fair share of that."""
     mine, other = (np.ptp(seen.drives[k], axis=0) for k in (number, late))
     return bool((mine >= DRIVEN_SHARE * other).all())
-
-
-def _models(seen: BesideModel) -> tuple[Sequence[Array], ...]:
-    """Return the models as they are, and scaled: where all trials are out of step a scale fits to nothing."""
-    return seen.models, seen.scaled_models
 
 
 def _best_shift(seen: BesideModel, models: Sequence[Array], number: int, part: slice) -> int:
@@ -652,12 +637,9 @@ _READ = {
 class Beyond:
     """A column whose numbers are far beyond the robot.
 
-    Attributes:
-        column: of the inputs or outputs.
-        times: what the robot can do.
-        what: what is beyond, a sentence without its end.
-        kind: "way" of a tendon, "N", or "mm" and "deg" of a motion.
-        impossible: by so much that no such robot was measured.
+    `times` is how many times what the robot can do; `what` is beyond, a sentence without its end; `kind` is
+    "way" of a tendon, "N", or "mm" and "deg" of a motion. `impossible`: by so much that no such robot was
+    measured.
     """
 
     column: str
@@ -669,9 +651,8 @@ class Beyond:
     def words(self, unit: str = "", spool_radius_mm: float = 0.0) -> str:
         """Return it as one line, with what is likely wrong.
 
-        Args:
-            unit: as which the file was read; "": not known.
-            spool_radius_mm: with which a motor's angle was read; 0: not known, or none.
+        `unit`: as which the file was read, "" not known; `spool_radius_mm`: with which a motor's angle was
+        read, 0 not known, or none.
         """
         read = (unit,) if unit else _READ[self.kind]
         fitting = [(by, f"{of} read as {own}") for by, own, of in MISREAD if own in read]
@@ -777,10 +758,8 @@ def _spread(values: Array) -> float:
 class Mistake:
     """A mistake in the data, and how much better the model fits without it.
 
-    Attributes:
-        words: what it would be.
-        error: of the model over the spread of the measurements, with the mistake put right.
-        before: the same with the data as they are.
+    The `error` of the model is that over the spread of the measurements, with the mistake put right;
+    `before`, with the data as they are.
     """
 
     words: str
@@ -799,14 +778,9 @@ def most_likely_mistake(
 ) -> Mistake | None:
     """Return the mistake in the data without which a model agrees with them far better; None: there is none.
 
-    Args:
-        trials: where to look.
-        columns: outputs.
-        robot: as specified.
-        predict: the model's outputs along inputs, shape (r, o).
-        shifted: the tracker's origin is unknown: errors are counted about their means.
-        beside: outputs of all trials, where these are not all: their spread counts, shape (r, o).
-        solved: an error that is no mistake's.
+    `predict` gives the model's outputs along inputs, shape (r, o); the error `solved` is no mistake's.
+    `shifted`: the tracker's origin is unknown; `beside`: outputs of all trials, where these are not all
+    (`relative_error`).
     """
     models = [predict(trial.inputs) for trial in trials]
     measured = [measured_of(trial, columns) for trial in trials]

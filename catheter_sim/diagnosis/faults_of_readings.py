@@ -108,12 +108,7 @@ def clipped_outputs(seen: BesideModel) -> tuple[DataFault, ...]:
 
 
 def copied_rows(trials: Sequence[Trial], copies: Sequence[Copy]) -> tuple[DataFault, ...]:
-    """Return what to say of rows that train and are held out: a fit would be tested on what it was fitted to.
-
-    Args:
-        trials: as they stand in the data set.
-        copies: of which one trains and the other is held out.
-    """
+    """Return what to say of rows that train and are held out: a fit would be tested on what it had seen."""
     faults = []
     for copy in copies:
         first, second = trials[copy.first], trials[copy.second]
@@ -189,13 +184,8 @@ def hardly_moved(
 ) -> tuple[DataFault, ...]:
     """Return that no position moves by more than next to nothing, neither as measured nor as computed.
 
-    Inputs and outputs that are both 1000 times too small agree with one another.
-
-    Args:
-        robot: as specified.
-        trials: all.
-        columns: of outputs.
-        models: what the calibrated model computes, by trial, shape (r, o).
+    Inputs and outputs that are both 1000 times too small agree with one another. `models`: what the
+    calibrated model computes, by trial, shape (r, o).
     """
     length_mm = 1e3 * kind_of(robot).model.length_m(robot)
     places = [index for index, name in enumerate(columns) if name.endswith("_mm")]
@@ -235,13 +225,8 @@ def bumped_trackers(
     The error of a wrong model changes with the inputs and comes back with them. So a jump of the error is a
     bump where no other jump of the trial is like it (`BUMP_ALONE`), and where rows after it are off by that
     jump beside rows before it that have nearly the same inputs and move the same way. No bump is seen where
-    the inputs go beyond all earlier ones: there something of the robot may have given way for good.
-
-    Args:
-        trials: all.
-        columns: outputs.
-        models: what the calibrated model says, shape (r, o) each.
-        noise: of each unit.
+    the inputs go beyond all earlier ones: there something of the robot may have given way for good. `models`:
+    what the calibrated model says, shape (r, o) each; `noise`: of each unit.
     """
     places = [index for index, name in enumerate(columns) if unit_of(name) == "mm"]
     found = []
@@ -264,11 +249,8 @@ def bumped_trackers(
 def _bump(error: Array, drive: Array, known: np.ndarray, noise: float) -> int | None:
     """Return the first row after a bump, None where there is none.
 
-    Args:
-        error: of the rows without missing values, shape (k, o) [mm].
-        drive: inputs, shape (r, i).
-        known: those rows' indices, shape (k,).
-        noise: [mm].
+    `error`: of the rows without missing values, whose indices are `known` (k,), shape (k, o) [mm]; `drive`:
+    all rows' inputs, shape (r, i); `noise` [mm].
     """
     if len(known) < 4 * BUMP_ROWS:
         return None
@@ -310,9 +292,7 @@ def _bump(error: Array, drive: Array, known: np.ndarray, noise: float) -> int | 
 class Excursion:
     """Rows over which a point is measured far from where it was, and comes back.
 
-    Attributes:
-        trial, point: indices.
-        start, end: first row away, and first row back.
+    `trial` and `point` are indices; `start` is the first row away, `end` the first row back.
     """
 
     trial: int

@@ -198,10 +198,8 @@ def odd_trial(
 class _Moved:
     """Trials whose points lie elsewhere at the same inputs, by one rigid motion.
 
-    Attributes:
-        trials: their indices.
-        before, left: distance from the same rows of other trials, without and with the motion, root mean
-            square [mm].
+    `before` and `left` are the distance from the same rows of other trials, without and with the motion, root
+    mean square [mm].
     """
 
     trials: tuple[int, ...]

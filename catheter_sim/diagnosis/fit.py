@@ -99,12 +99,7 @@ def predicted(
 ) -> Array:
     """Return the outputs of a hypothesis along inputs, at each `every`-th row, shape (r, o), in file units.
 
-    Args:
-        problem: robot, nuisances and twin.
-        numbers: what `x` is.
-        x: shape (p,), in units of the parameters' scales.
-        inputs: what is commanded.
-        every: each so-many-th row is returned.
+    `x` has the shape (p,), in units of the parameters' scales.
     """
     outputs = problem.twin([robot_with(problem, numbers, x)], inputs, every)
     return as_measured(problem, numbers, x, outputs[0])
@@ -184,12 +179,8 @@ def residuals(problem: Problem, numbers: Sequence[FittedNumber], xs: Array) -> A
     """Return model minus measurement over weight for many parameter vectors, shape (B, n).
 
     A residual larger than `GROSS_ERROR` is made smaller, so that its square is Huber's loss (`tempered`). A
-    robot without equilibrium errs by more than any robot that stands still.
-
-    Args:
-        problem: trials and twin.
-        numbers: what the columns of `xs` are.
-        xs: shape (B, p), in units of the parameters' scales.
+    robot without equilibrium errs by more than any robot that stands still. `xs` has the shape (B, p), in
+    units of the parameters' scales.
     """
     parts = []
     robots, which = distinct_robots(problem, numbers, xs)
@@ -261,58 +252,63 @@ def trial_of(problem: Problem) -> np.ndarray:
     )
 
 
+@dataclass(frozen=True)
+class FitTask:
+    """What a fit makes small: a problem's residuals by some numbers, beside what is known of these.
+
+    `box` has the lower and the upper bounds, in units of the numbers' scales, shape (p,) each.
+    """
+
+    problem: Problem
+    numbers: Sequence[FittedNumber]
+    box: tuple[Array, Array]
+    prior: Prior
+
+    def residuals(self, xs: Array) -> Array:
+        """Return the residuals of many parameter vectors (B, p), shape (B, n)."""
+        return residuals(self.problem, self.numbers, xs)
+
+    def cost(self, error: Array, x: Array) -> float:
+        """Return the sum of squares of some residuals at `x` (p,), that of the prior with it."""
+        return float(error @ error) + self.prior.cost(x)
+
+    def linearised(self, x: Array, error: Array | None = None) -> Linearised:
+        """Return the residual at `x` with its derivative; `error` is the residual where it is known."""
+        return linearised(self.problem, self.numbers, x, self.box[1], error)
+
+
 # ----------------------------------------------------------------------------------------------------
 # A scan of one or two numbers over their whole ranges: the nearest minimum need not be the least.
 #
 # More numbers, one of each channel say, are scanned one at a time about where they start.
 
 
-def best_of_grid(
-    problem: Problem,
-    numbers: Sequence[FittedNumber],
-    x: Array,
-    box: tuple[Array, Array],
-    prior: Prior,
-    known: Collection[tuple[str, str]] = (),
-) -> Array:
+def best_of_grid(task: FitTask, x: Array, known: Collection[tuple[str, str]] = ()) -> Array:
     """Return the best of `x` and of a grid over the effects' numbers, between the bounds.
 
-    It shows in which of several minima a fit should start, for which few trials do (`ROWS_TO_SCAN_BY`).
-
-    Args:
-        problem: trials and twin.
-        numbers: what is fitted.
-        x: where the fit would start, shape (p,).
-        box: lower and upper bounds, shape (p,) each.
-        prior: of the numbers.
-        known: by effect and parameter, the numbers of which `x` is more than a first guess: of many numbers
-            the others alone are scanned.
+    It shows in which of several minima a fit should start, for which few trials do (`ROWS_TO_SCAN_BY`). `x`
+    (p,) is where the fit would start. `known`, by effect and parameter, are the numbers of which `x` is more
+    than a first guess: of many numbers the others alone are scanned.
     """
-    mine = [index for index, fitted in enumerate(numbers) if fitted.effect]
+    mine = [index for index, fitted in enumerate(task.numbers) if fitted.effect]
     if not mine:
         return x
     if len(mine) > len(GRID_VALUES):
-        if problem.moving:  # each costs seconds
+        if task.problem.moving:  # each costs seconds
             return x
-        return _best(problem, numbers, _one_at_a_time(numbers, mine, x, box, known), prior)
+        return _best(task, _one_at_a_time(task, mine, x, known))
     count = GRID_VALUES[len(mine) - 1]
     places = np.stack(np.meshgrid(*[(np.arange(count) + 0.5) / count] * len(mine)), axis=-1)
     points = np.repeat(x[None], count ** len(mine) + 1, axis=0)
-    low, high = (bound[mine] for bound in box)
+    low, high = (bound[mine] for bound in task.box)
     points[1:, mine] = low + places.reshape(-1, len(mine)) * (high - low)
-    return _best(problem, numbers, points, prior)
+    return _best(task, points)
 
 
-def _one_at_a_time(
-    numbers: Sequence[FittedNumber],
-    mine: Sequence[int],
-    x: Array,
-    box: tuple[Array, Array],
-    known: Collection[tuple[str, str]],
-) -> Array:
+def _one_at_a_time(task: FitTask, mine: Sequence[int], x: Array, known: Collection[tuple[str, str]]) -> Array:
     """Return `x`, and it with one number at a time at another size and no other effect's number, (k, p)."""
-    fresh = [index for index in mine if numbers[index].key not in known]
-    still = start_of(numbers, {item.key: item.parameter.null for item in numbers})
+    fresh = [index for index in mine if task.numbers[index].key not in known]
+    still = start_of(task.numbers, {item.key: item.parameter.null for item in task.numbers})
     nothing = x.copy()
     nothing[fresh] = still[fresh]
     points = [x]
@@ -320,16 +316,16 @@ def _one_at_a_time(
         for size in SCANNED_SIZES:
             point = nothing.copy()
             point[index] += size
-            points.append(np.clip(point, *box))
+            points.append(np.clip(point, *task.box))
     return np.array(points)
 
 
-def _best(problem: Problem, numbers: Sequence[FittedNumber], points: Array, prior: Prior) -> Array:
+def _best(task: FitTask, points: Array) -> Array:
     """Return the one of `points` (k, p) that costs least on few trials, shape (p,)."""
     if len(points) == 1:
         return points[0]
-    costs = (residuals(_fewest_trials(problem), numbers, points) ** 2).sum(axis=1)
-    return points[int(np.argmin(costs + np.array([prior.cost(point) for point in points])))]
+    costs = (residuals(_fewest_trials(task.problem), task.numbers, points) ** 2).sum(axis=1)
+    return points[int(np.argmin(costs + np.array([task.prior.cost(point) for point in points])))]
 
 
 def _fewest_trials(problem: Problem) -> Problem:
@@ -362,11 +358,8 @@ class Linearised:
 
 
 def descend(
-    problem: Problem,
-    numbers: Sequence[FittedNumber],
+    task: FitTask,
     start: Linearised,
-    box: tuple[Array, Array],
-    prior: Prior,
     keep: np.ndarray | slice = slice(None),
     damping: float = FIRST_DAMPING,
     converged: float = FIT_CONVERGED,
@@ -383,39 +376,36 @@ def descend(
     where the exact one at `start` holds nearly as far as the search goes.
     """
     at = start
-    cost = _cost_of(at.error[keep], at.x, prior)
+    cost = task.cost(at.error[keep], at.x)
     for left in reversed(range(most)):
-        step = damped_step(at, box, damping, prior, keep)
-        promised = cost - _promised_cost(at, step, prior, keep)
+        step = damped_step(task, at, damping, keep)
+        promised = cost - _promised_cost(task, at, step, keep)
         last = at.exact and 0.0 <= promised < converged * cost  # less than none where bounds bend the step
         factors = ((1.0,),) if last else ((1.0,), LARGER_DAMPINGS)
-        found, factor = _lower(problem, numbers, at, cost, box, damping, prior, keep, factors)
+        found, factor = _lower(task, at, cost, damping, keep, factors)
         if found is None:
             if at.exact:
                 return at
-            at = linearised(problem, numbers, at.x, box[1], at.error)
+            at = task.linearised(at.x, at.error)
             continue
         moved = found.x - at.x
-        promised = cost - _promised_cost(at, moved, prior, keep)
-        before, cost = cost, _cost_of(found.error[keep], found.x, prior)
+        promised = cost - _promised_cost(task, at, moved, keep)
+        before, cost = cost, task.cost(found.error[keep], found.x)
         small = before - cost < converged * cost
         if small and (at.exact or not exact):
             return replace(found, exact=True)
         damping = float(np.clip(damping * (0.1 if factor == 1.0 else factor), 1e-6, 1e6))
         at = found
         if (left or exact) and (small or before - cost < FAIR_GAIN * promised):
-            at = linearised(problem, numbers, at.x, box[1], at.error)
-    return at if at.exact or not exact else linearised(problem, numbers, at.x, box[1], at.error)
+            at = task.linearised(at.x, at.error)
+    return at if at.exact or not exact else task.linearised(at.x, at.error)
 
 
 def _lower(
-    problem: Problem,
-    numbers: Sequence[FittedNumber],
+    task: FitTask,
     at: Linearised,
     cost: float,
-    box: tuple[Array, Array],
     damping: float,
-    prior: Prior,
     keep: np.ndarray | slice,
     factors_in_turn: Sequence[Sequence[float]],
 ) -> tuple[Linearised | None, float]:
@@ -424,10 +414,10 @@ def _lower(
     The dampings of each of `factors_in_turn` are tried side by side. None: none is better.
     """
     for factors in factors_in_turn:
-        steps = np.array([damped_step(at, box, damping * factor, prior, keep) for factor in factors])
-        points = np.clip(at.x + steps, *box)
-        errors = residuals(problem, numbers, points)
-        costs = [_cost_of(error[keep], point, prior) for error, point in zip(errors, points, strict=True)]
+        steps = np.array([damped_step(task, at, damping * factor, keep) for factor in factors])
+        points = np.clip(at.x + steps, *task.box)
+        errors = task.residuals(points)
+        costs = [task.cost(error[keep], point) for error, point in zip(errors, points, strict=True)]
         best = int(np.argmin(costs))
         if costs[best] < cost:
             moved = points[best] - at.x
@@ -439,29 +429,25 @@ def _lower(
     return None, 1.0
 
 
-def _cost_of(error: Array, x: Array, prior: Prior) -> float:
-    return float(error @ error) + prior.cost(x)
+def _promised_cost(task: FitTask, at: Linearised, step: Array, keep: np.ndarray | slice) -> float:
+    return task.cost(at.error[keep] + at.jacobian[keep] @ step, at.x + step)
 
 
-def _promised_cost(at: Linearised, step: Array, prior: Prior, keep: np.ndarray | slice) -> float:
-    return _cost_of(at.error[keep] + at.jacobian[keep] @ step, at.x + step, prior)
-
-
-def descend_valley(
-    problem: Problem, numbers: Sequence[FittedNumber], x: Array, box: tuple[Array, Array], prior: Prior
-) -> Array:
+def descend_valley(task: FitTask, x: Array) -> Array:
     """Return the least sum of squares near `x` by a trust region in the box (`scipy.optimize`)."""
-    low, high = box
+    (low, high), prior = task.box, task.prior
     root = np.sqrt(prior.precision)
     inside = np.clip(x, low + NEAR_BOUND, high - NEAR_BOUND)
 
     def value(point: Array) -> Array:
-        return np.concatenate([residuals(problem, numbers, point[None])[0], root * (point - prior.middle)])
+        return np.concatenate([task.residuals(point[None])[0], root * (point - prior.middle)])
 
     def slope(point: Array) -> Array:
-        return np.concatenate([linearised(problem, numbers, point, high).jacobian, np.diag(root)])
+        return np.concatenate([task.linearised(point).jacobian, np.diag(root)])
 
-    found = least_squares(value, inside, slope, bounds=box, ftol=1e-7, xtol=1e-6, max_nfev=MOST_VALLEY_TRIALS)
+    found = least_squares(
+        value, inside, slope, bounds=task.box, ftol=1e-7, xtol=1e-6, max_nfev=MOST_VALLEY_TRIALS
+    )
     at_bound = np.where(found.x - low < 2.0 * NEAR_BOUND, low, found.x)
     return np.where(high - found.x < 2.0 * NEAR_BOUND, high, at_bound)
 
@@ -498,20 +484,16 @@ def _matters(squares: Array, rows: int) -> np.ndarray:
 
 
 def damped_step(
-    at: Linearised,
-    box: tuple[Array, Array],
-    damping: float,
-    prior: Prior,
-    keep: np.ndarray | slice = slice(None),
+    task: FitTask, at: Linearised, damping: float, keep: np.ndarray | slice = slice(None)
 ) -> Array:
     """Return the damped Gauss-Newton step, shape (p,); zero for what is held or changes nothing."""
     jacobian = at.jacobian[keep]
-    gradient = jacobian.T @ at.error[keep] + prior.gradient(at.x)
+    gradient = jacobian.T @ at.error[keep] + task.prior.gradient(at.x)
     square = jacobian.T @ jacobian
-    use = ~held_at_bound(at.x, *box, gradient) & _matters(np.diag(square), len(jacobian))
+    use = ~held_at_bound(at.x, *task.box, gradient) & _matters(np.diag(square), len(jacobian))
     step = np.zeros(len(at.x))
     if use.any():
-        part = square[np.ix_(use, use)] + np.diag(prior.precision[use])
+        part = square[np.ix_(use, use)] + np.diag(task.prior.precision[use])
         damped = part + damping * np.diag(np.diag(part))
         step[use] = -np.linalg.lstsq(damped, gradient[use], rcond=1e-12)[0]
     return np.clip(step, -LONGEST_STEP, LONGEST_STEP)
@@ -521,14 +503,7 @@ def damped_step(
 # What a fit predicts for rows that it was not fitted to.
 
 
-def left_out_residuals(
-    problem: Problem,
-    numbers: Sequence[FittedNumber],
-    at: Linearised,
-    block: np.ndarray,
-    box: tuple[Array, Array],
-    well: bool = True,
-) -> Array:
+def left_out_residuals(task: FitTask, at: Linearised, block: np.ndarray, well: bool = True) -> Array:
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
     Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes
@@ -537,10 +512,9 @@ def left_out_residuals(
     and where any part would raise it, with the rows kept fitted anew; unless `well`, as fitted to all rows.
     """
     fold = fold_of(block)
-    prior = prior_of(numbers)
     keeps = [fold != index for index in np.unique(fold)]
-    steps = np.array([damped_step(at, box, NO_DAMPING, prior, keep) for keep in keeps])
-    steps = np.clip(at.x + steps, *box) - at.x
+    steps = np.array([damped_step(task, at, NO_DAMPING, keep) for keep in keeps])
+    steps = np.clip(at.x + steps, *task.box) - at.x
     errors = at.error + steps @ at.jacobian.T
     far = []
     for index, keep in enumerate(keeps):
@@ -548,8 +522,7 @@ def left_out_residuals(
         if change > FOLD_FIRST_ORDER * size:
             far.append(index)
     if far:
-        kept = [keeps[index] for index in far]
-        errors[far] = _with_the_full_model(problem, numbers, at, steps[far], kept, box, prior, well)
+        errors[far] = _with_the_full_model(task, at, steps[far], [keeps[index] for index in far], well)
     left_out = at.error.copy()
     for keep, without in zip(keeps, errors, strict=True):
         left_out[~keep] = without[~keep]
@@ -557,24 +530,17 @@ def left_out_residuals(
 
 
 def _with_the_full_model(
-    problem: Problem,
-    numbers: Sequence[FittedNumber],
-    at: Linearised,
-    steps: Array,
-    keeps: Sequence[np.ndarray],
-    box: tuple[Array, Array],
-    prior: Prior,
-    well: bool,
+    task: FitTask, at: Linearised, steps: Array, keeps: Sequence[np.ndarray], well: bool
 ) -> Array:
     """Return all residuals under the parameters fitted to the rows that each of `keeps` keeps, (k, n)."""
     errors = np.repeat(at.error[None], len(keeps), axis=0)
-    least = np.array([float(at.error[keep] @ at.error[keep]) + prior.cost(at.x) for keep in keeps])
+    least = np.array([task.cost(at.error[keep], at.x) for keep in keeps])
     waiting: np.ndarray = np.arange(len(keeps))
     for part in FOLD_STEP_PARTS:
-        points = np.clip(at.x + part * steps[waiting], *box)
-        found = residuals(problem, numbers, points)
+        points = np.clip(at.x + part * steps[waiting], *task.box)
+        found = task.residuals(points)
         costs = [
-            float((found[k][keeps[i]] ** 2).sum()) + prior.cost(points[k])
+            float((found[k][keeps[i]] ** 2).sum()) + task.prior.cost(points[k])
             for k, i in enumerate(waiting.tolist())
         ]
         better = np.array(costs) <= least[waiting]
@@ -583,9 +549,7 @@ def _with_the_full_model(
         if not len(waiting):
             break
     for i in waiting.tolist() if well else ():
-        without = descend(
-            problem, numbers, at, box, prior, keeps[i], 1.0, FOLD_CONVERGED, MOST_FOLD_STEPS, exact=False
-        )
+        without = descend(task, at, keeps[i], 1.0, FOLD_CONVERGED, MOST_FOLD_STEPS, exact=False)
         errors[i] = without.error
     return errors
 
@@ -683,22 +647,22 @@ def fit(
         error = residuals(problem, numbers, x[None])[0]
         empty = np.zeros((len(error), 0))
         return Fit(tuple(terms), numbers, x, error, empty, np.zeros(0, bool), block, error)
-    prior = prior_of(numbers)
+    task = FitTask(problem, numbers, box, prior_of(numbers))
     if scan:
-        x = best_of_grid(problem, numbers, x, box, prior, known or ())
+        x = best_of_grid(task, x, known or ())
     if thorough:
-        at = linearised(problem, numbers, descend_valley(problem, numbers, x, box, prior), box[1])
+        at = task.linearised(descend_valley(task, x))
     else:
-        at = descend(problem, numbers, linearised(problem, numbers, x, box[1]), box, prior, most=most)
+        at = descend(task, task.linearised(x), most=most)
     null = start_of(numbers, {fitted.key: fitted.parameter.null for fitted in numbers})
     rested = np.where(influential(at.jacobian), at.x, null)
     if (rested != at.x).any():  # a number without influence has the value that does nothing
-        there = residuals(problem, numbers, rested[None])[0]
-        if there @ there + prior.cost(rested) <= at.error @ at.error + prior.cost(at.x):
-            at = linearised(problem, numbers, rested, box[1], there)
-    held = held_at_bound(at.x, *box, prior.gradient(at.x) + at.jacobian.T @ at.error)
+        there = task.residuals(rested[None])[0]
+        if task.cost(there, rested) <= task.cost(at.error, at.x):
+            at = task.linearised(rested, there)
+    held = held_at_bound(at.x, *box, task.prior.gradient(at.x) + at.jacobian.T @ at.error)
     rough = _rms(at.error) > worth
-    left_out = left_out_residuals(problem, numbers, at, block, box, not rough) if cross_validate else at.error
+    left_out = left_out_residuals(task, at, block, not rough) if cross_validate else at.error
     return Fit(tuple(terms), numbers, at.x, at.error, at.jacobian, held, block, left_out, rough)
 
 

@@ -106,12 +106,7 @@ CAUSE = "measurement_frame"  # what stands for a tracker that is slightly off
 
 
 def document(registration: Registration, fitted: Mapping[str, float]) -> dict[str, Any]:
-    """Return the motion as it stands in `diagnosis.json`, what was fitted of it included.
-
-    Args:
-        registration: the motion.
-        fitted: values of its free numbers by name.
-    """
+    """Return the motion as it stands in `diagnosis.json`, what was fitted of it included."""
     turn_deg = [fitted.get(name, 0.0) for name in TURNS]
     rest = Rotation.from_euler("xyz", turn_deg, degrees=True)  # about x, then y, then z
     R_tb = registration.R_bt.T
@@ -299,14 +294,7 @@ def _turned_outputs(axis: int, columns: tuple[str, ...], outputs: Array, values:
 
 
 def register(train: Sequence[Trial], columns: Sequence[str], robot: RobotSpec, twin: Predict) -> Registration:
-    """Return the motion from the tracker's frame to the base's.
-
-    Args:
-        train: the training trials.
-        columns: the data set's outputs.
-        robot: as specified.
-        twin: gives `columns`.
-    """
+    """Return the motion from the tracker's frame to the base's."""
     points = points_of(columns)
     axes = "".join(axis for axis in "xyz" if points and all(axis in found for found in points.values()))
     computed, measured = _pairs(train, columns, points, axes, robot, twin)

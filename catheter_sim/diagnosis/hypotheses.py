@@ -28,10 +28,9 @@ from catheter_sim.diagnosis.trials import unit_of
 class Scored:
     """A fitted hypothesis with what it does on rows that it was not fitted to.
 
-    Attributes:
-        fit: to the rows that causes were chosen by; has the residuals of the stretches left out of it.
-        heldout: residuals of the held-out trials, in weights, gross ones tempered, shape (n,).
-        heldout_block: which stretch each of them belongs to, shape (n,).
+    `fit` is to the rows that causes were chosen by, with the residuals of the stretches left out of it.
+    `heldout`: residuals of the held-out trials, in weights, gross ones tempered, shape (n,); `heldout_block`:
+    which stretch each of them belongs to.
     """
 
     fit: Fit
@@ -64,15 +63,8 @@ def scored(
     """Return every set of causes that was fitted, with what it predicts.
 
     Of several variants of a set (one value, or one per channel) the one that the cross-validation prefers
-    stands for it.
-
-    Args:
-        problem: the training trials.
-        test: the held-out trials.
-        selection: what was tried.
-        terms: the hypothesis that is asked about; it stands for its set, and is fitted to the stretches left
-            out where it was not tried.
-        known: values to fit it from, by effect and parameter.
+    stands for it. `terms` is the hypothesis that is asked about; it stands for its set, and is fitted from
+    `known` to the stretches left out where it was not tried.
     """
     best: dict[tuple[str, ...], Fit] = {}
     mine = None
@@ -105,8 +97,7 @@ def stretch_sums(block: np.ndarray, residual: Array) -> Array:
 def surety(worse: Array, better: Array) -> float:
     """Return how surely squared errors fall from one hypothesis to another, in standard deviations of chance.
 
-    Args:
-        worse, better: sums of squared errors by stretch, shape (b,).
+    Both are sums of squared errors by stretch, shape (b,).
     """
     fall = worse - better
     size = float(np.sqrt((fall**2).sum()))
@@ -118,13 +109,7 @@ def surety(worse: Array, better: Array) -> float:
 
 
 def ranking(test: Problem, hypotheses: Sequence[Scored], unit: str) -> tuple[Candidate, ...]:
-    """Return every set of causes that was fitted with its held-out error, best first.
-
-    Args:
-        test: the held-out trials.
-        hypotheses: what was fitted, with what it predicts.
-        unit: of the errors.
-    """
+    """Return every set of causes that was fitted with its held-out error, best first."""
     mine = np.array([unit_of(name) == unit for name in test.columns])
     scale = float(np.sqrt(np.mean(test.weight[mine] ** 2)))
     weight = test.weight[column_of(test)]

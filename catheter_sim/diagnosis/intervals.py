@@ -35,11 +35,8 @@ def intervals(result: Fit, margin: Array | None = None) -> dict[tuple[str, str],
     g_b a block's gradient and G blocks, and Student's t with G - 1 degrees of freedom (Liang and Zeger 1986;
     Cameron and Miller 2015). A number known beforehand brings its own precision to A, also where it stands at
     a bound. Another value held at a bound, or one without influence, has the interval of its bounds.
-
-    Args:
-        result: a fit.
-        margin: what a model that is not exact may put the values off by, shape (p,) (`model_margin`); noise
-            says nothing about that, so that it is added to both sides.
+    `margin`, shape (p,), is what a model that is not exact may put the values off by (`model_margin`); noise
+    says nothing about that, so that it is added to both sides.
     """
     half = half_widths(result)
     if margin is not None:
@@ -61,13 +58,9 @@ def cause_intervals(
 
     As `intervals`, widened by what an unknown error of the model could do. A number that stands at a bound
     has the interval that it would have without the bound, cut off at the bound: that much is sure, since
-    nothing is known of what lies beyond.
-
-    Args:
-        result: a fit.
-        shift: by how much another model of the same physics would change the numbers (`shift_by_model`),
-            shape (p,); None: none was asked.
-        trusted: as for `model_margin`.
+    nothing is known of what lies beyond. `shift`, shape (p,), is by how much another model of the same
+    physics would change the numbers (`shift_by_model`); None: none was asked. `trusted`: as for
+    `model_margin`.
     """
     unheld = replace(result, held=np.zeros_like(result.held))
     moved = np.zeros(len(result.numbers)) if shift is None else shift
@@ -92,14 +85,10 @@ def model_margin(result: Fit, shift: Array, trusted: float = TRUSTED_SHARE) -> A
     """Return how far off a model that is not exact may put fitted numbers, shape (p,), in their scales.
 
     The sum of two sizes: `shift`, and the most that an unknown error of the model can do. That error is taken
-    as a share of the residuals' root mean square. By the Cauchy-Schwarz inequality an error of root
-    mean square e over n rows moves a number by at most e (n A^-1)^1/2, with A^-1 as in `intervals`. More rows
-    do not make that smaller.
-
-    Args:
-        result: a fit.
-        shift: by how much another model of the same physics would change the numbers, shape (p,).
-        trusted: the share; 1 where the model is known to err by what is left.
+    as a share of the residuals' root mean square. By the Cauchy-Schwarz inequality an error of root mean
+    square e over n rows moves a number by at most e (n A^-1)^1/2, with A^-1 as in `intervals`. More rows do
+    not make that smaller. `shift`, shape (p,), is by how much another model of the same physics would change
+    the numbers; `trusted` is the share, 1 where the model is known to err by what is left.
     """
     margin = np.abs(shift)
     use = influential(result.jacobian) & ~result.held
@@ -113,16 +102,9 @@ def shift_by_model(test: Problem, result: Fit, other: Sequence[Array]) -> Array:
     """Return by how much fitted numbers would change if another model of the same physics were fitted.
 
     One Gauss-Newton step that makes up for the difference of the two models, on trials that both have
-    computed; zero for a number that is held or changes nothing.
-
-    Args:
-        test: trials.
-        result: a fit by `test`'s twin, to these or other trials.
-        other: the other model's outputs with the same numbers, by trial, shape (r, o), in file units; NaN
-            where it has none.
-
-    Returns:
-        In units of the numbers' scales, shape (p,).
+    computed; zero for a number that is held or changes nothing. `result` is a fit by `test`'s twin, to these
+    or other trials; `other` are the other model's outputs with the same numbers, by trial, shape (r, o), in
+    file units, NaN where it has none. Returned in units of the numbers' scales, shape (p,).
     """
     shift = np.zeros(len(result.numbers))
     if not len(shift):
@@ -176,16 +158,8 @@ def profile_interval(problem: Problem, result: Fit, name: str) -> Interval:
     All others are fitted anew at each value of it. The interval ends where the sum of squares has risen by
     s^2 t^2, with s^2 the residuals' variance and t Student's (Bates and Watts 1988, Section 6.1): right also
     where numbers trade against one another far from where a parabola would hold. Where residuals of one block
-    depend on one another, the rise is scaled up to the wider width of `intervals`.
-
-    Args:
-        problem: what `result` was fitted to.
-        result: a fit.
-        name: of one of the problem's nuisance numbers.
-
-    Returns:
-        Lower and upper end in the number's unit; a bound where the data do not end the interval
-        before it.
+    depend on one another, the rise is scaled up to the wider width of `intervals`. Lower and upper end in the
+    unit of the nuisance number `name`; a bound where the data do not end the interval before it.
     """
     index = [fitted.key for fitted in result.numbers].index(("", name))
     parameter = result.numbers[index].parameter

@@ -53,12 +53,7 @@ def factor_to(
 ) -> float:
     """Return what a number in `unit` is multiplied by to be a channel's.
 
-    Args:
-        own: the channel's unit.
-        unit: the file's.
-        where: file and key, for errors.
-        spool_radius_mm: of the spool on a motor whose angle the file has; None: none is stated.
-        counts_per_turn: of an encoder whose counts the file has; None: none is stated.
+    `own` is the channel's unit, `unit` the file's, `where` its name and key for errors.
 
     Raises:
         InputError: a unit that the channel cannot have, the message names the choices; or counts without
@@ -390,10 +385,8 @@ _MOST_EVERY = 10_000
 class ColumnMap:
     """One channel: `factor * (column - zero)`.
 
-    Attributes:
-        column: the file's.
-        factor: from the file's number to the channel's, its sign included.
-        zero: the file's number at which the channel is zero.
+    `factor`, its sign included, leads from the number of the file's `column` to the channel's; `zero` is the
+    file's number at which the channel is zero.
     """
 
     column: str
@@ -453,11 +446,7 @@ def file_map(
 ) -> FileMap | None:
     """Return the table `[map]` of a data set, checked; None where there is none.
 
-    Args:
-        table: as read.
-        inputs, outputs: the data set's channels.
-        where: its file.
-        unit_of: gives a channel's own unit, a key of `UNITS`.
+    `unit_of` gives a channel's own unit, a key of `UNITS`.
 
     Raises:
         InputError: a key or a value that is unknown, missing or impossible.
@@ -629,12 +618,8 @@ def read_mapped(
 ) -> Table:
     """Return the channels of a trial, rows thinned out as the map says.
 
-    Args:
-        path: the trial's file.
-        mapping: what its columns mean.
-        inputs, outputs: the channels wanted.
-        inputs_path: the file of the trial's inputs, where they are not in the first; they move linearly from
-            one of its rows to the next, and rows of the first file outside it are left out.
+    Where the inputs are in a file of their own, they move linearly from one of its rows to the next, and rows
+    of the first file outside it are left out.
 
     Raises:
         InputError: a file cannot be read or lacks a column, a cell is no number, two clocks do not meet.

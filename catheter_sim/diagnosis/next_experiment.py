@@ -72,11 +72,8 @@ cells of the papers' benches."""
 class Alive:
     """A hypothesis that is still alive.
 
-    Attributes:
-        causes: its causes; (): the calibrated model.
-        about: the cause, or "none", by which it differs from the others.
-        fit: to the data so far.
-        belief: its weight beside the others, which add up to one.
+    `about` is the cause, or "none", by which it differs from the others; `belief` its weight beside the
+    others, which add up to one. No causes: the calibrated model.
     """
 
     causes: tuple[str, ...]
@@ -168,9 +165,7 @@ def alive_hypotheses(
 class Predictive:
     """What a hypothesis says of an experiment's data, in units of the noise.
 
-    Attributes:
-        mean: shape (n,).
-        spread: directions in which it is unsure, each times its standard deviation, shape (n, q).
+    `mean` (n,), and the directions `spread` (n, q) in which it is unsure, each times its standard deviation.
     """
 
     mean: Array
@@ -181,9 +176,8 @@ class Predictive:
 class Information:
     """What an experiment is expected to tell.
 
-    Attributes:
-        nats: information between hypothesis and data, as a diagnosis would read them.
-        decided: probability that one hypothesis then stands at `SURE_BELIEF` or more.
+    `nats` between hypothesis and data, as a diagnosis would read them; `decided`, the probability that one
+    hypothesis then stands at `SURE_BELIEF` or more.
     """
 
     nats: float
@@ -199,12 +193,9 @@ def information(
 ) -> Information:
     """Return what data would tell about hypotheses.
 
-    Args:
-        weights: their probabilities, shape (k,); they add up to one.
-        predicted: what each says, k of them, all of the same n values.
-        stretch: which stretch each value belongs to, shape (n,).
-        seed: of the draws.
-        draws: of data of each hypothesis.
+    `weights`: their probabilities, shape (k,), which add up to one; `predicted`: what each says, all of the
+    same n values; `stretch`: which stretch each value belongs to, shape (n,); `draws`: of data of each
+    hypothesis.
     """
     prior = np.asarray(weights, dtype=float)
     readers = [_Reader(item, stretch) for item in predicted]
@@ -224,12 +215,8 @@ def from_refits(weights: Sequence[float], errors: Sequence[Sequence[Array]]) -> 
     """Return what data would tell, from how far each hypothesis errs that was fitted to another one's data.
 
     The noise is left out: where linear information says too much, since numbers go further than their
-    derivatives hold, this says so.
-
-    Args:
-        weights: of the hypotheses, shape (k,).
-        errors: of data of hypothesis h, fitted by g: half the squared errors by stretch over the noise,
-            shape (b,), as `errors[h][g]`.
+    derivatives hold, this says so. `errors[h][g]`: of data of hypothesis h, fitted by g, half the squared
+    errors by stretch over the noise, shape (b,); `weights`: of the hypotheses, shape (k,).
     """
     prior, gain, decided = np.asarray(weights, dtype=float), 0.0, 0.0
     for index, row in enumerate(errors):
@@ -445,10 +432,7 @@ def off_by(
 class Sensor:
     """Something more to measure.
 
-    Attributes:
-        words: what it is.
-        columns: the output columns that it gives.
-        nats: information of the best programme with it.
+    It gives the output `columns`; `nats` is the information of the best programme with it.
     """
 
     words: str
@@ -521,11 +505,7 @@ def _measuring(problem: Problem, columns: tuple[str, ...], gravity_mps2: Array) 
 class Worth:
     """A programme with what it is expected to tell.
 
-    Attributes:
-        programme: the inputs.
-        minutes: its duration.
-        information: between hypothesis and data.
-        score: the information less the price of the duration [nat].
+    `score` is the information less the price of the duration [nat].
     """
 
     programme: Programme
@@ -640,17 +620,12 @@ def next_experiment(
 ) -> NextExperiment:
     """Return what to measure next.
 
-    Args:
-        problem: the training trials; new inputs stay inside their range.
-        chosen: the hypothesis of the verdict, fitted to them.
-        likeliest: its causes and corrections, the most probable first.
-        equals: hypotheses that explain the data as well, with another effect in the place of one of its.
-        groups: effects that these data cannot tell apart, the chosen one first.
-        noise: of each output column, shape (o,), in file units.
-        gravity_mps2: in the base frame, shape (3,) [m/s^2].
-        simulation: whether to try the proposal in the simulation too.
-        pool: where to fit and simulate.
-        deadline: on the clock of `time.monotonic`, after which no inputs are tried any more [s].
+    `chosen` is the hypothesis of the verdict, `likeliest` its causes and corrections, the most probable
+    first; `equals` explain the data as well, with another effect in the place of one of its; `groups` are
+    effects that these data cannot tell apart, the chosen one first. `noise`: of each output column, shape
+    (o,), in file units; `gravity_mps2`: in the base frame, shape (3,) [m/s^2]; `deadline`: on the clock of
+    `time.monotonic` [s], after which no inputs are tried any more. New inputs stay inside the training
+    trials' range.
     """
     if not groups:
         checking = advice(likeliest[:1], f"To check {_said(likeliest[:1])}: ")

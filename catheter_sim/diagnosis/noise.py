@@ -106,12 +106,8 @@ def gain_percent(before: float, after: float) -> float:
 def stretch_squares(problem: Problem, before: Array, after: Array, unit: str) -> list[Array]:
     """Return each trial's sums of squared errors by stretch, before and after, shape (c, 2) each.
 
-    A stretch is a whole cycle, or a part of one where there are few (`stretches.blocks_of`).
-
-    Args:
-        problem: the trials.
-        before, after: errors as from `errors_of`.
-        unit: outputs of this unit count.
+    A stretch is a whole cycle, or a part of one where there are few (`stretches.blocks_of`). `before` and
+    `after` are as from `errors_of`; outputs of this `unit` count.
     """
     result: list[Array] = []
     start = 0
@@ -136,11 +132,7 @@ def gain_interval(held: Sequence[Array], others: Sequence[Array] = ()) -> tuple[
     trial, over the root of the number of held-out trials, times sqrt(2), since the held-out gain is one such
     draw itself. Trials differ by more than their cycles do, and few are held out, so that the spread is taken
     from all trials. With fewer than three trials, held-out stretches stand in for them; with a single stretch
-    nothing is known.
-
-    Args:
-        held: of the held-out trials, as from `stretch_squares`.
-        others: of the training trials.
+    nothing is known. Both are as from `stretch_squares`; `others` are of the training trials.
     """
     pool, count = np.array([trial.sum(axis=0) for trial in (*held, *others)]), len(held)
     if len(pool) < 3:
@@ -163,10 +155,7 @@ def chance_of_gain(change: Array) -> float:
 
     The signs of the stretches' falls are turned in every way, or in `SIGN_DRAWS` ways at random. The chance
     is the share of the ways with as large a fall. So a few stretches that gain much do not hide what the
-    others do.
-
-    Args:
-        change: squared error before minus after, by stretch, shape (c,).
+    others do. `change`: squared error before minus after, by stretch, shape (c,).
     """
     count = len(change)
     if 2**count <= SIGN_DRAWS:
@@ -180,8 +169,7 @@ def chance_of_gain(change: Array) -> float:
 def tip_errors(columns: Mapping[str, Sequence[tuple[Array, Array]]]) -> dict[str, float]:
     """Return the tip's distance errors: RMSE and mean, as they are and with the mean offset taken out.
 
-    Args:
-        columns: by `TIP` column, (model, measured) of each trial, shape (r,) each, NaN where missing.
+    `columns`: by `TIP` column, (model, measured) of each trial, shape (r,) each, NaN where missing.
     """
     parts = [
         np.stack([columns[name][index][0] - columns[name][index][1] for name in TIP], axis=1)
@@ -233,13 +221,10 @@ def white_noise(
     The second difference of a slow series is nearly zero; that of white noise of size s has the size s
     sqrt(6). Its median absolute value keeps jumps out. What moves between rows counts as noise, so that this
     is an upper bound too. Where no three rows in a row are known, as of a sensor slower than its log, the
-    known ones stand side by side. It is no less than what rounding leaves.
-
-    Args:
-        series: residuals row by row, by output column: one array per trial, NaN where missing.
-        trials: what was measured. Readings that are held for several rows then count once, and a dense log is
-            read from rows further apart.
-        steps: of the readings, by column (`resolution.steps_of`).
+    known ones stand side by side. It is no less than what rounding leaves. `series`: residuals row by row, by
+    output column, one array per trial, NaN where missing. With `trials`, readings that are held for several
+    rows count once, and a dense log is read from rows further apart. `steps`: of the readings, by column
+    (`steps_of`).
     """
     steps = steps or {}
     rounding = rounding_of(tuple(series), steps)
@@ -281,10 +266,8 @@ def times_noise(error: float, noise: float) -> float:
 def _size(parts: Sequence[Array], rounding: float, apart: Sequence[int] | None = None) -> float | None:
     """Return the size of what is white in series; None: too little is known.
 
-    Args:
-        parts: the series, NaN where missing.
-        rounding: what the readings' resolution leaves.
-        apart: rows from one value to the next, of each series; None: 1.
+    NaN: missing. `rounding`: what the readings' resolution leaves; `apart`: rows from one value to the next,
+    of each series, None: 1.
     """
     apart = apart or [1] * len(parts)
     bends = np.concatenate([_bends(values, rows) for values, rows in zip(parts, apart, strict=True)])
@@ -347,9 +330,7 @@ def _says_nothing(changes: Array) -> bool:
 
     Then each level counts once, by its last row: its readings are one, written several times. Differences of
     size s, in steps, are within the step that rounding takes away with the probability 1 / (s sqrt(2 pi)).
-
-    Args:
-        changes: of readings of one command from row to row, in steps.
+    `changes`: from row to row under one command, in steps.
     """
     if not len(changes):
         return False
@@ -398,9 +379,7 @@ def noise_floor(white: Mapping[str, float], repeats: Mapping[str, float]) -> dic
 def is_white(series: Sequence[Array], limit: float = WHITE_CORRELATION) -> bool:
     """Return whether neighbours in residual series are correlated by less than `limit` (lag one).
 
-    Args:
-        series: residuals row by row, NaN where missing.
-        limit: correlation above which residuals are structured.
+    Residuals row by row, NaN where missing.
     """
     product, square = 0.0, 0.0
     for values in series:

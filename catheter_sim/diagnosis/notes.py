@@ -16,9 +16,8 @@ T = TypeVar("T")
 class Note:
     """A doubt or a fact.
 
-    Attributes:
-        code: which kind of note it is, in words that a program may ask for ("frozen_sensor").
-        text: a sentence or two, for a person.
+    `code` says which kind of note it is, in words that a program may ask for ("frozen_sensor"); `text`, in a
+    sentence or two, is for a person.
     """
 
     code: str
@@ -32,10 +31,8 @@ class Attempts:
     """Calls the late parts of a diagnosis: where one fails, the others still run, and a note says so.
 
     A long search is never lost to a defect in what comes after it. What the user can mend (`InputError`), a
-    lack of memory and an interruption are raised; so is everything where `TRACEBACK_VARIABLE` is set.
-
-    Attributes:
-        notes: one of each part that failed, in order.
+    lack of memory and an interruption are raised; so is everything where `TRACEBACK_VARIABLE` is set. `notes`
+    has one of each part that failed, in order.
     """
 
     def __init__(self) -> None:

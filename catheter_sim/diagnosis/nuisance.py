@@ -90,13 +90,10 @@ def _scaled(keys: Sequence[str], robot: RobotSpec, factor: float) -> RobotSpec:
 def calibration_numbers(table: Any, robot: RobotSpec, where: str) -> tuple[Nuisance, ...]:
     """Return the numbers that a data set wants calibrated.
 
-    Args:
-        table: dotted key of the robot's specification -> [lower, upper], in file units, nested or
-            flat; the fit starts at the specified value. The upper end may be inf, and so may the
-            specified value. Or a name of its own -> `keys` of several numbers that are one, with the
-            `range` of what they all are, or of a `factor` on them.
-        robot: as specified.
-        where: the table's file, for errors.
+    `table`, nested or flat: dotted key of the robot's specification -> [lower, upper], in file units; the fit
+    starts at the specified value. The upper end may be inf, and so may the specified value. Or a name of its
+    own -> `keys` of several numbers that are one, with the `range` of what they all are, or of a `factor` on
+    them.
 
     Raises:
         InputError: a key that the robot does not have, or that stands twice, a range that is none, or one
@@ -223,12 +220,8 @@ def _calibrated(
         raise InputError(f"{place}: up to inf, the lower end must be above 0")
     width = 1.0 / low if inverse else high - low
     parameter = Parameter(key, value, low, high, scale=width / _RANGE_PARTS, start=value, inverse=inverse)
-    return Nuisance(parameter, partial(_with_number, key), stands_for=same)
+    return Nuisance(parameter, partial(_with_all, (key,)), stands_for=same)
 
 
 def _with_all(keys: Sequence[str], robot: RobotSpec, value: float) -> RobotSpec:
     return with_values(robot, {key: from_file(robot, key, value) for key in keys})
-
-
-def _with_number(key: str, robot: RobotSpec, value: float) -> RobotSpec:
-    return with_values(robot, {key: from_file(robot, key, value)})

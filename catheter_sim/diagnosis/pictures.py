@@ -317,11 +317,7 @@ _MOST_COLUMNS = 3  # panels in one picture
 class ReportPicture:
     """A picture of the report.
 
-    Attributes:
-        name: of its file, without suffix.
-        caption: what is seen, in a sentence or two.
-        png: the file's content.
-        score: for a residual view, what it explains.
+    `name` is that of its file, without suffix; `score`, of a residual view, what it explains.
     """
 
     name: str

@@ -92,18 +92,9 @@ def diagnose(
 ) -> DiagnosisResult:
     """Diagnose a data set and write what was found to a folder.
 
-    A run that was stopped left its finished fits in the output folder; the same run, started again,
-    takes them over. They are gone when it is done.
-
-    Args:
-        dataset: the measurements, or the folder with their dataset.toml.
-        output_folder: gets diagnosis.json, report.html, robot.toml, model.xml and the fitted series.
-        jobs: processes of this machine to fit with.
-        progress: show what is being done where standard error is a terminal.
-        dask: address of a Dask scheduler to fit on instead, "" for none.
-        budget_s: seconds after which the search for causes ends with the best so far.
-        command: how this was asked for, for the report.
-        search_anyway: look for causes where too little was measured to name any, too.
+    A run that was stopped left its finished fits in the output folder; the same run, started again, takes
+    them over. They are gone when it is done. `dask` is the address of a scheduler to fit on, "" for none;
+    `command` is how this was asked for, for the report; the other arguments are those of `diagnose_dataset`.
 
     Raises:
         InputError: the data set is not what it must be, the output folder cannot be written, or no
@@ -121,8 +112,7 @@ def diagnose(
 def write_diagnosis(diagnosis: DiagnosisResult, folder: str | os.PathLike[str]) -> DiagnosisResult:
     """Write report, diagnosis.json, the extended robot and its model, and the fitted series to `folder`.
 
-    Returns:
-        The diagnosis as it was written: with a note on each file that is missing.
+    The diagnosis is returned as it was written: with a note on each file that is missing.
 
     Raises:
         InputError: the folder cannot be made or written.
@@ -173,12 +163,8 @@ def diagnose_dataset(
 class Investigation:
     """A diagnosis with the hypotheses that it tried, for whoever plans what to measure next.
 
-    Attributes:
-        diagnosis: the answer.
-        posed: the problem that hypotheses were fitted to.
-        settled: the hypothesis at which it ended, named or not.
-        equals: those that explain the data as well, another cause in a settled one's place.
-        hypotheses: every set of causes that was fitted.
+    `settled` is the hypothesis at which it ended, named or not; `equals` explain the data as well, another
+    cause in a settled one's place; `hypotheses` has every set of causes that was fitted.
     """
 
     diagnosis: DiagnosisResult
@@ -225,12 +211,8 @@ def investigate_prepared(
 ) -> Investigation:
     """Return the diagnosis of measurements that can be fitted, with its hypotheses.
 
-    Args:
-        run: where to fit, and how to say what is being done.
-        prepared: the measurements.
-        simulation: replay the held-out trials in MuJoCo at the end.
-        most: causes that may be named; 0: none is, whatever explains the data.
-        chosen: the causes of these measurements, where they were looked for already, whatever `most` is.
+    At most `most` causes may be named; 0: none is, whatever explains the data. `chosen`: the causes of these
+    measurements, where they were looked for already, whatever `most` is.
     """
     posed = pose(prepared)
     before = calibrate(posed)
@@ -338,12 +320,8 @@ def best_after(
 ) -> BestExperiment:
     """Return the experiment that tells most between the hypotheses that a diagnosis leaves alive.
 
-    Args:
-        found: the diagnosis with its hypotheses.
-        ranges: least and most of each input that can be played, in its column's unit.
-        longest_s: of one programme [s].
-        price: of a minute of it [nat].
-        pool: where to compute.
+    `ranges`: least and most of each input that can be played, in its column's unit; `longest_s`: of one
+    programme [s]; `price`: of a minute of it [nat].
     """
     problem = found.posed.train
     steps = np.concatenate([np.diff(trial.inputs.time_s) for trial in problem.trials])

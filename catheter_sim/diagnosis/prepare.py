@@ -105,11 +105,7 @@ def running(
 ) -> Iterator[DiagnosisRun]:
     """Give a run whose processes or cluster stay up until it ends.
 
-    Args:
-        place: where to fit.
-        progress: show what is being done where standard error is a terminal.
-        budget_s: seconds after which a search for causes ends with the best so far.
-        search_anyway: look for causes where too little was measured to name any, too.
+    Arguments as of `pipeline.diagnose_dataset`.
 
     Raises:
         InputError: no scheduler answers, or Dask is not installed.
@@ -122,30 +118,6 @@ def running(
 # Measurements without frozen readings, in the robot's base frame, parted for the test.
 
 BEYOND = "beyond_robot"  # the code of notes on numbers that are far beyond the robot
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """Measurements that can be fitted.
-
-    Attributes:
-        dataset: without frozen readings, in the robot's base frame.
-        train, heldout: its trials, parted.
-        registration: how positions were moved into the base frame.
-        twin: what its fits go by.
-        notes: on the files, on frozen sensors and on the twin.
-        faults: what looks wrong with the files themselves, before anything is computed.
-        lacking: what was measured too little to name any cause.
-    """
-
-    dataset: Dataset
-    train: tuple[Trial, ...]
-    heldout: tuple[Trial, ...]
-    registration: Registration
-    twin: Prediction
-    notes: tuple[Note, ...]
-    faults: tuple[DataFault, ...] = ()
-    lacking: tuple[DataFault, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -163,14 +135,25 @@ class ReadData:
     dataset: Dataset
     train: tuple[Trial, ...]
     heldout: tuple[Trial, ...]
-    notes: tuple[Note, ...]
-    faults: tuple[DataFault, ...]
-    lacking: tuple[DataFault, ...]
+    notes: tuple[Note, ...] = ()
+    faults: tuple[DataFault, ...] = ()
+    lacking: tuple[DataFault, ...] = ()
 
     @property
     def can_be_fitted(self) -> bool:
         """Return whether there is enough to fit anything, if nothing can be named."""
         return can_be_fitted(self.train, self.heldout, self.dataset.output_channels)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prepared(ReadData):
+    """Measurements that can be fitted, moved into the robot's base frame by `registration`.
+
+    `twin` is what its fits go by; the notes are on it, too.
+    """
+
+    registration: Registration
+    twin: Prediction
 
 
 def readings_of(dataset: Dataset) -> ReadData:
@@ -198,7 +181,8 @@ def prepare(dataset: Dataset, read: ReadData | None = None) -> Prepared:
     train, heldout = split(moved)
     short = (Note("too_little", item.words) for item in read.lacking)
     notes, faults = (*far, *read.notes, *chosen.notes, *short), impossible or read.faults
-    return Prepared(moved, train, heldout, registration, chosen.predict, notes, faults, read.lacking)
+    given = moved, train, heldout, notes, faults, read.lacking
+    return Prepared(*given, registration=registration, twin=chosen.predict)
 
 
 def within_reach(
@@ -208,10 +192,6 @@ def within_reach(
 
     Commands or motions far beyond the robot are a note. They are a fault where no such robot can have been
     measured, or no model follows them. Commands are cut off then, so that a model can be shown beside them.
-
-    Args:
-        dataset: as measured.
-        twin: what its fits go by.
     """
     beyond = beyond_robot(dataset.robot, dataset.trials)
     train, _ = split(dataset)
@@ -236,11 +216,8 @@ def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dat
     """Return the data set with its positions in the robot's base frame, and how they were moved there.
 
     A mistake in the data, such as inches for mm, may look like a tracker far away. Where putting it right
-    does better than any motion, nothing is moved, and `find_data_faults` will name the mistake.
-
-    Args:
-        dataset: as measured.
-        twin: what its fits go by; None: it is chosen.
+    does better than any motion, nothing is moved, and `find_data_faults` will name the mistake. `twin`: what
+    its fits go by; None: it is chosen.
     """
     train, _ = split(dataset)
     twin = twin or twin_of(dataset, train).predict
@@ -298,10 +275,6 @@ def pose(prepared: Prepared) -> Posed:
     return Posed(dataset, prepared.registration, train, heldout, thorough, prepared.faults, prepared.lacking)
 
 
-def _calibrated(dataset: Dataset) -> tuple[Nuisance, ...]:
-    return nuisances_of(dataset.robot_reference) if dataset.calibration is None else dataset.calibration
-
-
 def training_problem(
     dataset: Dataset,
     train: Sequence[Trial],
@@ -310,21 +283,17 @@ def training_problem(
 ) -> Problem:
     """Return what is to be fitted: the nominal robot, its twin and the training trials.
 
-    Units are weighed by the white part of the calibrated model's residual.
-
-    Args:
-        dataset: in the base frame.
-        train: its training trials.
-        frame: numbers of the tracker's frame to calibrate besides (`diagnosis.frame`).
-        twin: what fits go by; None: it is chosen.
+    Units are weighed by the white part of the calibrated model's residual. `dataset` is in the base frame;
+    `frame`: numbers of the tracker's frame to calibrate besides; `twin`: None: it is chosen.
     """
     actuation = train[0].inputs.actuation
     robot = replace(dataset.robot, actuation=actuation)
     columns = dataset.output_channels
     twin = twin or twin_of(dataset, train).predict
+    known = nuisances_of(dataset.robot_reference) if dataset.calibration is None else dataset.calibration
     problem = Problem(
         robot=robot,
-        nuisances=(*_calibrated(dataset), *frame),
+        nuisances=(*known, *frame),
         trials=tuple(train),
         columns=columns,
         weight=np.ones(len(columns)),
@@ -354,9 +323,7 @@ def training_problem(
 class Calibrated:
     """The calibrated model without causes.
 
-    Attributes:
-        fit: to the training trials.
-        noise: of each unit, as far as this model lets it be seen.
+    `noise` is that of each unit, as far as this model lets it be seen.
     """
 
     fit: Fit
@@ -386,7 +353,7 @@ def noise_beside(train: Problem, result: Fit) -> dict[str, float]:
 # The answer where too little was measured to name any cause: no model runs for it.
 
 
-def not_searched(read: ReadData | Prepared) -> DiagnosisResult:
+def not_searched(read: ReadData) -> DiagnosisResult:
     """Return the diagnosis of measurements that lack something: what it is, and nothing of the robot.
 
     No figure is worked out, and no probability. The robot is as specified.
@@ -435,9 +402,8 @@ SUSPECTED = "The data look wrong, so no cause was looked for"
 class Faults:
     """What looks wrong with the data.
 
-    Attributes:
-        found: (): the data look sound.
-        of_trials: they are of some trials only, which the model meets worse than others.
+    None `found`: the data look sound. `of_trials`: they are of some trials only, which the model meets worse
+    than others.
     """
 
     found: tuple[DataFault, ...]
@@ -462,13 +428,8 @@ def data_faults(
     """Return what looks wrong with the data; nothing where they look sound.
 
     The checks run in an order in which the fault that explains others comes first, and the first that finds
-    something speaks.
-
-    Args:
-        problem: the training trials.
-        before: the calibrated model, without causes or with what may account for what it errs.
-        heldout: the held-out trials. They are asked only whether they were measured as the others were.
-        noise: of each unit.
+    something speaks. `before`: the calibrated model, without causes or with what may account for what it
+    errs. The held-out trials are asked only whether they were measured as the others were.
     """
     trials = (*problem.trials, *heldout)
     models = computed_outputs(problem, before, trials)

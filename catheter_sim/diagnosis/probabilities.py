@@ -84,14 +84,8 @@ answers, 23 right."""
 def explained(train: Problem, residual: Array, block: np.ndarray, test: Problem) -> Array:
     """Return what a smooth error of unknown cause, fitted to training residuals, predicts on other trials.
 
-    Args:
-        train: the training trials, thinned as the residuals are.
-        residual: what a hypothesis leaves on them, in weights, shape (n,).
-        block: which stretch each residual belongs to, shape (n,).
-        test: the other trials.
-
-    Returns:
-        The predicted residuals of `test`, in weights, shape (m,).
+    `residual` (n,) is what a hypothesis leaves on the training trials, which are thinned as it is, in
+    weights, and `block` (n,) the stretch of each; so are those of `test` that are returned, shape (m,).
     """
     driven = _driven(train)
     basis = _rows(train, driven)
@@ -329,9 +323,8 @@ def evidence(
 class UnlistedForm:
     """One cause in a form that is not listed, in the place of many corrections.
 
-    Attributes:
-        name: of the cause whose simplest form explains most with a smooth error of unknown cause beside it.
-        surer: how surely the corrections do better on the held-out trials [standard deviations of chance].
+    The simplest form of `name` explains most with a smooth error of unknown cause beside it; `surer`: how
+    surely the corrections do better on the held-out trials [standard deviations of chance].
     """
 
     name: str
@@ -431,11 +424,9 @@ def _with_unknown(few: Problem, test: Problem, item: Scored) -> Array:
 class Beliefs:
     """What is probably at work.
 
-    Attributes:
-        each: the probability of every cause by name, of "none" and of "outside".
-        groups: the probability of each cause of the hypothesis, or of its group, by the cause's name.
-        members: of each group of several the probability of every member, the likeliest first, by the same
-            name.
+    The probability of `each` cause by name, of "none" and of "outside"; in `groups` that of each cause of the
+    hypothesis, or of its group, by the cause's name; in `members`, by the same name, of each group of several
+    that of every member, the likeliest first.
     """
 
     each: Mapping[str, float]
@@ -446,10 +437,9 @@ class Beliefs:
 def beliefs(found: Evidence | None, not_likely: Collection[str] = ()) -> Beliefs:
     """Return what is probably at work.
 
-    Args:
-        found: what speaks for each; None: nothing was asked, since the data look wrong.
-        not_likely: causes of the hypothesis whose numbers are not plausible: most of what speaks for one of
-            them speaks for something outside the list that it stands for (`IMPLAUSIBLE_BELIEVED`).
+    `found` is None where nothing was asked, since the data look wrong. Of causes whose numbers are not
+    plausible (`not_likely`) most of what speaks for one speaks for something outside the list that it stands
+    for (`IMPLAUSIBLE_BELIEVED`).
     """
     if found is None:
         # What is wrong is not on the list of causes: it is the data themselves.
@@ -480,10 +470,9 @@ def beliefs(found: Evidence | None, not_likely: Collection[str] = ()) -> Beliefs
 def shares(name: str, members: Mapping[str, float]) -> dict[str, float]:
     """Return how a group's probability is shared among its members; they add up to one.
 
-    Args:
-        name: of the cause that the hypothesis has.
-        members: the others, with how surely it does better than each. One that would have less than
-            `LEAST_MEMBER_SHARE` is no member. None has more than the cause, which was chosen for its numbers.
+    `name`: of the cause that the hypothesis has; `members`: the others, with how surely it does better than
+    each. One that would have less than `LEAST_MEMBER_SHARE` is no member. None has more than the cause, which
+    was chosen for its numbers.
     """
     weights = {name: 1.0}
     for other, surer in members.items():

@@ -64,9 +64,7 @@ RANGE_SHARE = 0.95
 class Programme:
     """Inputs to play.
 
-    Attributes:
-        words: what they are, to follow "play the CSV, ".
-        table: in file units.
+    `words` follow "play the CSV, "; the table is in file units.
     """
 
     words: str
@@ -323,7 +321,8 @@ def _every_programme(bench: Bench) -> Iterator[Programme]:
         parts = [_alone(bench, k, _LOOP) for k in (*every, 0)]
         yield _of(bench, f"each channel alone {loops}, the first one twice", parts)
         together = "all channels pulled together and let go, with a reversal on the way"
-        yield _of(bench, together, [_together_within(bench)])
+        shares = _way((0.0, 0.6, 0.0, 0.6, 0.2, 0.4, 0.0, 0.3, 0.0))
+        yield _of(bench, together, [np.outer(shares, bench.most)])
         for k in every:
             against = f"the loops of each other channel while {_said(bench, k)} stands at a third"
             yield _of(bench, against, _against_within(bench, k))
@@ -355,10 +354,6 @@ def _alone(bench: Bench, index: int, corners: Sequence[float]) -> Array:
     rows = np.zeros((len(way), len(bench.columns)))
     rows[:, index] = np.where(way >= 0.0, way * bench.most[index], -way * bench.least[index])
     return rows
-
-
-def _together_within(bench: Bench) -> Array:
-    return np.outer(_way((0.0, 0.6, 0.0, 0.6, 0.2, 0.4, 0.0, 0.3, 0.0)), bench.most)
 
 
 def _against_within(bench: Bench, standing: int) -> list[Array]:

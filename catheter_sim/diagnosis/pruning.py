@@ -100,12 +100,8 @@ def without_support(causes: Sequence[Cause], suspects: Sequence[str] | None = No
     """Return the causes, of several, without which the held-out error would be as small.
 
     Never all of them: of two causes that do the same, each has no share of the gain while the other is there,
-    and one is needed.
-
-    Args:
-        causes: with their shares.
-        suspects: those that had none before others were left out, None where none was: then the shares of
-            the rest move about, and of them only what has none at all goes too.
+    and one is needed. `suspects`: those that had none before others were left out, None where none was: then
+    the shares of the rest move about, and of them only what has none at all goes too.
     """
     weak = tuple(
         cause.name
@@ -187,14 +183,8 @@ def with_intervals(causes: Sequence[Cause], ends: Mapping[tuple[str, str], Inter
 class Pruning:
     """What causes are pruned by.
 
-    Attributes:
-        problem: the training trials.
-        test: the held-out trials.
-        before: the calibrated model without causes.
-        noise: of each unit.
-        unit: in which shares of the gain are counted.
-        thorough: as for `fit`.
-        pool: where to fit.
+    `problem` has the training trials, `test` the held-out ones; `before` is the calibrated model without
+    causes, `noise` that of each unit. Shares of the gain are counted in `unit`.
     """
 
     problem: Problem
@@ -246,11 +236,8 @@ def with_shares(pruning: Pruning, after: Fit) -> Pruned:
 def prune(pruning: Pruning, pruned: Pruned, shift: Array | None = None) -> Pruned:
     """Return a hypothesis without the causes that do not pay or may do nothing.
 
-    Args:
-        pruning: what to prune by.
-        pruned: the hypothesis, and what was taken out of it already.
-        shift: by how much the simulation would change its numbers (`intervals.shift_by_model`); it belongs to
-            this hypothesis alone. None: unknown.
+    `shift`: by how much the simulation would change its numbers (`intervals.shift_by_model`); it belongs to
+    this hypothesis alone. None: unknown.
     """
     after, by_unit, causes = pruned.after, pruned.by_unit, pruned.causes
     weak, unsure, sure, suspects = pruned.weak, pruned.unsure, pruned.needed, pruned.suspects

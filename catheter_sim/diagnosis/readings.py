@@ -111,11 +111,8 @@ def step_of(values: Array, commands: Array) -> float:
     """Return the step of the grid on which readings lie; 0.0 where they show none.
 
     Few readings show none, nor do those of a column that hardly moves. Readings with as many digits as a
-    number is printed with (`MOST_STEPS`) are taken for continuous.
-
-    Args:
-        values: readings, shape (r,), NaN where missing.
-        commands: what was commanded, shape (r, n).
+    number is printed with (`MOST_STEPS`) are taken for continuous. Readings (r,) are NaN where missing;
+    `commands` has the shape (r, n).
     """
     there = np.isfinite(values)
     known = np.unique(values[there])
@@ -148,11 +145,8 @@ def _decimal_step(known: Array) -> float:
 def _counted_step(known: Array, within: float, commands: Array) -> float:
     """Return the step of distinct readings at equal distances, whatever it is; 0.0: they are at none.
 
-    Args:
-        known: readings, each once, rising.
-        within: how near to the grid they are.
-        commands: that led to them, shape (r, n). One reading for every command, and no point of the grid left
-            out, is how a model without noise follows a ramp.
+    The `known` readings, each once, rise; `within` is how near to the grid they are. One reading for each of
+    the `commands` (r, n), and no point of the grid left out, is how a model without noise follows a ramp.
     """
     gaps = np.diff(known)
     gaps = gaps[gaps > 4.0 * within]
@@ -183,9 +177,8 @@ _DIGITS = range(10)  # decimals that a reading may be rounded to
 class Copy:
     """Rows of one trial that are rows of another.
 
-    Attributes:
-        first, second: indices of the trials, as they stand in the data set.
-        rows: first and last row of the second one, counted from 1.
+    `first` and `second` are indices of the trials, as they stand in the data set; `rows`, first and last row
+    of the second one, counted from 1.
     """
 
     first: int
@@ -299,11 +292,6 @@ def _noise(values: Array) -> Array:
         for item, mask in zip(bend.T, known.T, strict=True)
     ]
     return np.asarray(middle) / np.sqrt(6.0)
-
-
-def files_of(trials: Sequence[Trial], copy: Copy) -> tuple[str, str]:
-    """Return the names of a copy's two trials."""
-    return trials[copy.first].file, trials[copy.second].file
 
 
 # ----------------------------------------------------------------------------------------------------

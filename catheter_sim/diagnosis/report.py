@@ -232,12 +232,8 @@ def _why_not(diagnosis: DiagnosisResult) -> str:
 class Head:
     """What a report says that is not of one recording, but of a comparison of two.
 
-    Attributes:
-        sentence: what was found.
-        verdict: of diagnosis.json.
-        asks: what the verdict asks a reader to do.
-        title: above the causes.
-        null: what a number's value without the cause is.
+    `verdict` is that of diagnosis.json, `asks` what it asks a reader to do, `title` stands above the causes;
+    `null` says what a number's value without the cause is.
     """
 
     sentence: str
@@ -382,15 +378,10 @@ def write_results(
     """Write everything that a diagnosis leaves into `folder`, made if need be; return the files.
 
     Each file is written whole or not at all, and `diagnosis.json` last, so that a folder with one is
-    complete. Where a file cannot be made, the others are, and a note in both reports says so.
-
-    Args:
-        diagnosis: what was found.
-        folder: where to; files of an earlier diagnosis are replaced.
-        model_xml: the extended robot as MJCF; "": it could not be made.
-        given: document of diagnosis.json; None: the diagnosis's.
-        head: of the report; None: the diagnosis's.
-        attempt: has notes on what failed before; gets those on what fails here.
+    complete. Where a file cannot be made, the others are, and a note in both reports says so. `model_xml` is
+    the extended robot as MJCF, "" where it could not be made; `given`, the document of diagnosis.json, and
+    `head` are the diagnosis's own if None. `attempt` has notes on what failed before, and gets those on what
+    fails here.
 
     Raises:
         InputError: the folder, or a file in it, cannot be made or written; what can be is.

@@ -102,14 +102,7 @@ class Residuals:
 
 
 def stack(dataset: Dataset, fits: Sequence[TrialFit], column: str, stage: str) -> Residuals:
-    """Return the residuals of one output over `fits`, rows without a measurement left out.
-
-    Args:
-        dataset: where the trials' inputs are.
-        fits: trials to take, one below the other.
-        column: an output.
-        stage: "before" or "after".
-    """
+    """Return the residuals of one output over `fits`, rows without a measurement left out."""
     values: list[Array] = []
     blocks: list[np.ndarray] = []
     parts: dict[str, dict[str, list[Array]]] = {view: {} for view in VIEWS}
@@ -247,12 +240,7 @@ def structure_tests(
 ) -> tuple[StructureTest, ...]:
     """Return every test that the data allow, in the order of `TESTS`.
 
-    Args:
-        dataset: where the trials' inputs are.
-        fits: trials to judge by.
-        unit: outputs of this unit count.
-        stage: "before" or "after".
-        seed: of the draws.
+    Outputs of this `unit` count; `stage`: "before" or "after"; `seed`: of the draws.
     """
     columns = [name for name in dataset.output_channels if unit_of(name) == unit]
     residuals = {name: stack(dataset, fits, name, stage) for name in columns}
@@ -292,13 +280,9 @@ def _tested(
 ) -> StructureTest | None:
     """Return the test of the strongest of several coordinates.
 
-    Args:
-        name: of the test.
-        sums: by coordinate, for each output the residuals' sums by group and block, shape (g, b), and
-            what each group's squared sum is divided by, shape (g,).
-        signs: of the blocks in each draw, shape (b, d).
-        square: sum of all squared residuals.
-        beyond_chance: take the draws' mean out of the share.
+    `sums`: by coordinate, for each output the residuals' sums by group and block, shape (g, b), and what each
+    group's squared sum is divided by, shape (g,); `signs`: of the blocks in each draw, shape (b, d);
+    `square`: sum of all squared residuals; `beyond_chance`: take the draws' mean out of the share.
     """
     if not sums or square <= 0.0:
         return None
@@ -441,14 +425,9 @@ def explained(
 ) -> tuple[float, float]:
     """Return the squares left by the binned means, and by the plain mean, in blocks left out of both.
 
-    1 - first / second is the share of the variance that the coordinate explains.
-
-    Args:
-        coordinate: shape (n,).
-        values: residuals, shape (n,).
-        blocks: number of each row's block, shape (n,).
-        line: predict by a straight line instead of binned means; for a coordinate of which every
-            block has a stretch to itself, such as time.
+    1 - first / second is the share of the variance that the coordinate explains. All have the shape (n,).
+    `line`: predict by a straight line instead of binned means; for a coordinate of which every block has a
+    stretch to itself, such as time.
     """
     groups = groups_of(coordinate, BINS)
     left, total = 0.0, 0.0
@@ -486,7 +465,8 @@ def score_views(dataset: Dataset, fits: Sequence[TrialFit], unit: str) -> tuple[
                     left, total = explained(
                         coordinate, residuals.values, residuals.blocks, line=view == "time"
                     )
-                    key = (stage, view, _own(name, column))
+                    own = "own" if name.startswith("computed ") else name  # one over all outputs
+                    key = (stage, view, own)
                     past = sums.get(key, (0.0, 0.0))
                     sums[key] = (past[0] + left, past[1] + total)
     return tuple(_best_score(view, sums) for view in VIEWS)
@@ -502,11 +482,6 @@ def _half_width(values: Array, blocks: np.ndarray) -> float:
     count = len(labels)
     variance = count / (count - 1) * float((sums**2).sum()) / len(values) ** 2
     return float(stdtrit(count - 1, 0.975)) * variance**0.5
-
-
-def _own(name: str, column: str) -> str:
-    """Return the coordinate's name; those made from the output itself are one over all outputs."""
-    return "own" if name.startswith("computed ") else name
 
 
 def _best_score(view: str, sums: Mapping[tuple[str, str, str], tuple[float, float]]) -> ViewScore:

@@ -24,9 +24,8 @@ NEXT_EXPERIMENT_FILE = "next_experiment.csv"
 class Separation:
     """How well inputs tell two causes apart: root mean square of their difference over the noise.
 
-    Attributes:
-        twin: between the chosen cause and the other one, refitted, in the analytic twin.
-        simulation: between the two in the simulation; NaN if it was not asked.
+    `twin` is between the chosen cause and the other one, refitted, in the analytic twin; `simulation` between
+    the two in the simulation, NaN if it was not asked.
     """
 
     twin: float
@@ -37,10 +36,8 @@ class Separation:
 class NextExperiment:
     """What to measure next: in words, and as inputs to play, if that helps.
 
-    Attributes:
-        words: for a person.
-        inputs: in file units; None: none helps.
-        apart: what the inputs do to effects that these data cannot tell apart, by "rival for chosen".
+    `inputs` are in file units, None where none helps; `apart` says what they do to effects that these data
+    cannot tell apart, by "rival for chosen".
     """
 
     words: str
@@ -101,10 +98,8 @@ class Cause:
 class Candidate:
     """A set of causes that was tried; () is the model with none.
 
-    Attributes:
-        causes: names of effects.
-        heldout_rmse: on the held-out part, in the diagnosis's unit.
-        cross_validated_rmse: inside the training part, by which the set was chosen.
+    `heldout_rmse` is in the diagnosis's unit; by `cross_validated_rmse`, inside the training part, the set
+    was chosen.
     """
 
     causes: tuple[str, ...]
@@ -139,10 +134,8 @@ class UnitResult:
 class Remainder:
     """What the reported model leaves of one unit's error.
 
-    Attributes:
-        times_noise: held-out root mean square error over the noise floor.
-        structure: names of the tests (`structure.TESTS`) that find it to depend on something,
-            strongest first.
+    `times_noise` is the held-out root mean square error over the noise floor; `structure`, names of the tests
+    (`structure.TESTS`) that find it to depend on something, strongest first.
     """
 
     times_noise: float

@@ -115,14 +115,8 @@ def in_best_forms(
 ) -> Fit:
     """Return the hypothesis with each of its causes in the form that explains left-out stretches best.
 
-    Args:
-        problem: the training trials.
-        chosen: the hypothesis, fitted to all training rows.
-        thorough: as for `fit`.
-        pool: where to fit.
-        deadline: on the clock of `time.monotonic`, after which no more forms are tried [s].
-
     Of a model in motion that is known to be wrong other forms would only mend the model, at minutes for each.
+    No more forms are tried after `deadline`, on the clock of `time.monotonic` [s].
     """
     if problem.moving and problem.model_share:
         return chosen
@@ -152,14 +146,7 @@ def _taken(now: Fit, other: Fit, chance: float) -> bool:
 def with_forms(
     problem: Problem, causes: Sequence[Cause], chosen: Fit, pool: Workers = SERIAL
 ) -> tuple[Cause, ...]:
-    """Return the causes with the form of each, and with those of its other forms that do as well.
-
-    Args:
-        problem: the training trials.
-        causes: of `chosen`.
-        chosen: the hypothesis.
-        pool: where to fit.
-    """
+    """Return the causes with the form of each, and with those of its other forms that do as well."""
     if not causes:
         return ()
     tried = not (problem.moving and problem.model_share)  # as of `in_best_forms`
@@ -258,10 +245,8 @@ class Search:
     ) -> list[Fit]:
         """Return the fits of several hypotheses, each from its known values, in order.
 
-        Args:
-            hypotheses: all.
-            beside: the fit with which they compete, if there is one: what errs far more (`HOPELESS_FACTOR`)
-                is rough, until it competes with one that errs as much.
+        What errs far more (`HOPELESS_FACTOR`) than the fit `beside`, with which they compete, is rough, until
+        it competes with one that errs as much.
         """
         worth = HOPELESS_FACTOR * beside.cross_validated_rms if beside else math.inf
         as_usual = True, False, True, MOST_FIT_STEPS, worth
@@ -320,9 +305,7 @@ class Search:
     ) -> list[tuple[tuple[Term, ...], Known]]:
         """Return the hypotheses whose step reaches furthest, with the values there, group by group.
 
-        Args:
-            hypotheses: all.
-            groups: indices of some of them, and how many of these to return.
+        A group has the indices of some of them, and how many of these to return.
         """
         forecast = self.foreseen(hypotheses)
         unknown = {index for index, item in enumerate(hypotheses) if misled(forecast[index], *item)}
@@ -388,9 +371,7 @@ class Search:
     ) -> list[Fit]:
         """Return the fits of the most promising hypotheses one step beyond any of `beam`, best first.
 
-        Args:
-            beam: where from.
-            variants: of all effects, those with few numbers and the others.
+        `variants`: of all effects, those with few numbers and the others.
         """
         simple, detailed = variants
         new: dict[frozenset[Term], tuple[Fit, tuple[Term, ...], bool]] = {}
@@ -640,13 +621,8 @@ def select(
 ) -> Selection:
     """Return which of the effects `candidates` explain the training data, and what else was tried.
 
-    Args:
-        problem: the training trials.
-        candidates: names of effects.
-        pool: where to fit.
-        on_fit: called with a line when a step is done.
-        deadline: on the clock of `time.monotonic`, when the search ends with the best so far [s].
-        most: causes in a set.
+    `on_fit` is called with a line when a step is done; the search ends with the best so far at `deadline`, on
+    the clock of `time.monotonic` [s]; a set has at most `most` causes.
     """
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, on_fit or (lambda line: None), deadline)
@@ -733,15 +709,12 @@ def _singles(
     """
     singles = search.alone(null, simple)
     problem = search.problem
-    if not problem.moving or any(_enough(problem, null, item) for item in singles):
+    if not problem.moving or any(
+        settled(problem, item) or within_model(problem, null, item) for item in singles
+    ):
         return singles, 0
     singles = _once([*singles, *search.alone(null, detailed)])
     return singles, int(any(settled(problem, item) for item in singles))
-
-
-def _enough(problem: Problem, null: Fit, single: Fit) -> bool:
-    """Return whether a single cause leaves as little as any may."""
-    return settled(problem, single) or within_model(problem, null, single)
 
 
 def _ended(problem: Problem, null: Fit, best: Fit, further: bool) -> bool:
@@ -844,14 +817,7 @@ def singles_of(problem: Problem, candidates: Sequence[str], pool: Workers = SERI
 def equals_of(
     problem: Problem, chosen: Fit, candidates: Sequence[str], pool: Workers = SERIAL
 ) -> tuple[Fit, ...]:
-    """Return the hypotheses that do as well on the training data as one at which the search did not end.
-
-    Args:
-        problem: the training trials.
-        chosen: the hypothesis.
-        candidates: names of the effects that may stand in a chosen one's place.
-        pool: where to fit.
-    """
+    """Return the hypotheses that do as well on the training data as one at which the search did not end."""
     problem = with_fewer_rows(problem)
     search = Search(pool, problem, lambda line: None)
     (current,) = search.fitted([(chosen.terms, chosen.values)])

@@ -67,10 +67,8 @@ than 5 s; epoch seconds have seven digits behind the point."""
 class Motion:
     """Whether rows were held.
 
-    Attributes:
-        name: as `[conditions] motion` of a `dataset.toml`.
-        moving: whether the robot moved while it was measured, from rest under a trial's first row; otherwise
-            each row was held until it rested.
+    `name` is as `[conditions] motion` of a `dataset.toml`. `moving`: the robot moved while it was measured,
+    from rest under a trial's first row; otherwise each row was held until it rested.
     """
 
     name: str
@@ -325,11 +323,6 @@ def too_little(
 
     Of n stretches, all gain by chance with a probability of 2^-n (`diagnosis.noise.chance_of_gain`). So
     many stretches are needed that this can be as small as a cause needs it.
-
-    Args:
-        train, heldout: the trials.
-        columns: the outputs.
-        moving: the robot moved while it was measured.
     """
     proving = max(
         sum(_stretches((trial,), mine, moving) for trial in heldout) for mine in _by_unit(columns).values()
@@ -545,10 +538,7 @@ def _last_trials(trials: Sequence[Trial], open_ones: Sequence[int], share: float
 def last_trials(counts: Sequence[int], candidates: Sequence[int], share: float = HELDOUT_SHARE) -> set[int]:
     """Return the last of the candidates that hold a share of all rows, one at least, never all trials.
 
-    Args:
-        counts: rows of each trial.
-        candidates: numbers of those that may be held out, rising.
-        share: about how much of the rows they hold.
+    `counts`: rows of each trial; `candidates`: numbers of those that may be held out, rising.
     """
     rows = sum(counts)
     chosen: set[int] = set()
@@ -700,11 +690,8 @@ def notes_on_ignored(
 ) -> tuple[Note, ...]:
     """Return a note for each set of columns that are passed over, with its files.
 
-    Args:
-        robot: whose data they are.
-        ignored: columns by file.
-        why: they are ignored.
-        wanted: outputs of the robot that nobody left out on purpose.
+    `ignored`: columns by file, and `why` they are; `wanted`: outputs of the robot that nobody left out on
+    purpose.
     """
     known, all_outputs = known_inputs(robot), output_channels(robot)
     outputs = set(all_outputs) - set(wanted)

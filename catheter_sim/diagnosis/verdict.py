@@ -272,10 +272,8 @@ def doubts(causes: Sequence[Cause], by_unit: Mapping[str, UnitResult]) -> list[N
 class Harm:
     """What a hypothesis makes worse on the held-out trials.
 
-    Attributes:
-        what: a unit, an output or a trial, in words.
-        before, after: root mean square errors there, in `unit`.
-        unit: of the errors.
+    `what` is a unit, an output or a trial, in words; `before` and `after` are root mean square errors there,
+    in `unit`.
     """
 
     what: str

@@ -40,7 +40,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.motion import motion_step_s
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.fit import Fit, Linearised, damped_step, residuals
+from catheter_sim.diagnosis.fit import Fit, FitTask, Linearised, damped_step, residuals
 from catheter_sim.diagnosis.intervals import intervals, profile_interval
 from catheter_sim.diagnosis.noise import noise_from_row_to_row
 from catheter_sim.diagnosis.notes import Note
@@ -107,10 +107,8 @@ def returned(call: Callable[..., Any]) -> Any:
 def packed(value: Any, asked: str, kind: Any = Any) -> bytes:
     """Return a result as the bytes of an NPZ file; equal results give equal bytes.
 
-    Args:
-        value: numbers, text, NumPy arrays, tuples, lists, mappings, and dataclasses that `kind` names.
-        asked: name of the question that it answers.
-        kind: its annotation.
+    It may hold numbers, text, NumPy arrays, tuples, lists, mappings, and dataclasses that its annotation
+    `kind` names; `asked` is the name of the question that it answers.
 
     Raises:
         TypeError: it holds something else.
@@ -312,9 +310,7 @@ def _shape_misfit(value: Any) -> str:
 class ChosenTwin:
     """What fits go by.
 
-    Attributes:
-        predict: robots and inputs to outputs.
-        notes: what a reader must know of it.
+    `predict` leads from robots and inputs to outputs; `notes` are what a reader must know of it.
     """
 
     predict: Prediction
@@ -322,12 +318,7 @@ class ChosenTwin:
 
 
 def twin_of(dataset: Dataset, train: Sequence[Trial]) -> ChosenTwin:
-    """Return what a data set's fits go by.
-
-    Args:
-        dataset: the measurements.
-        train: its training trials.
-    """
+    """Return what a data set's fits go by."""
     actuation = train[0].inputs.actuation
     robot, columns = replace(dataset.robot, actuation=actuation), dataset.output_channels
     if not dataset.motion.moving:
@@ -451,8 +442,7 @@ def workers(place: Workers) -> Iterator[Workers]:
 class OutOfTime(Exception):
     """Time has run out before the last of several calls was done.
 
-    Attributes:
-        found: the results of those that were, by their place.
+    `found` has the results of those that were, by their place.
     """
 
     def __init__(self, found: Mapping[int, Any]) -> None:
@@ -468,11 +458,8 @@ def map_calls(
 ) -> list[T]:
     """Return the results of several calls, in order.
 
-    Args:
-        place: from `workers`.
-        call: a function of a module.
-        arguments: of each call.
-        deadline: on the clock of `time.monotonic`, after which no call is waited for once one is done [s].
+    `call` is a function of a module. After `deadline`, on the clock of `time.monotonic` [s], no call is
+    waited for once one is done.
 
     Raises:
         InputError: processes were killed again and again.
@@ -651,13 +638,7 @@ def work_out(
 ) -> None:
     """Put the results of calls into `store` by their keys.
 
-    Args:
-        place: where to call.
-        deadline: on the clock of `time.monotonic`, as of `map_calls` [s].
-        store: by key.
-        keys: one of each call.
-        call: a function of a module.
-        arguments: of each call.
+    Arguments as of `map_calls`; `keys` has one of each call.
 
     Raises:
         OutOfTime: before the end; what is done by then is in `store`.
@@ -683,12 +664,8 @@ def calibrated_numbers(
 ) -> dict[str, FittedParameter]:
     """Return the calibrated numbers of a fit, with intervals.
 
-    Args:
-        problem: what was fitted.
-        result: the fit.
-        along_valleys: intervals by refitting all other numbers (`profile_interval`); needs a thorough fit.
-        margin: as for `intervals`; not used along valleys.
-        pool: where to do that.
+    `along_valleys`: intervals by refitting all other numbers (`profile_interval`), which needs a thorough
+    fit; else `margin` is as for `intervals`.
     """
     numbers = [fitted.parameter for fitted in result.numbers if not fitted.effect]
     names = [item.name for item in numbers]
@@ -731,9 +708,8 @@ class Tangent:
 class Foreseen:
     """What a step toward a hypothesis reaches, by the derivative alone.
 
-    Attributes:
-        cost: the least sum of squares.
-        points: where it and the same with other dampings lead, the best first, shape (3, p).
+    `cost` is the least sum of squares; `points`, shape (3, p), are where it and the same with other dampings
+    lead, the best first.
     """
 
     cost: float
@@ -788,12 +764,8 @@ def _does_nothing(current: Fit, numbers: Sequence[FittedNumber], x: Array) -> bo
 def foreseen(problem: Problem, current: Fit, terms: Sequence[Term], changes: Sequence[Tangent]) -> Foreseen:
     """Return what a step from `current` to the hypothesis `terms` reaches, to first order.
 
-    Args:
-        problem: trials and twin.
-        current: where from.
-        terms: the hypothesis.
-        changes: the tangents of `current` without each of the terms that `terms` lacks, then of each further
-            one beside `current`.
+    `changes` are the tangents of `current` without each of the terms that `terms` lacks, then of each further
+    one beside `current`.
     """
     numbers = fitted_numbers(problem, terms)
     x, _ = _start(current, terms, numbers)
@@ -804,10 +776,10 @@ def foreseen(problem: Problem, current: Fit, terms: Sequence[Term], changes: Seq
         columns |= dict(zip(change.keys, change.columns.T, strict=True))
         error = error + (change.error - current.residual)
     jacobian = np.stack([columns[fitted.key] for fitted in numbers], axis=-1)
-    at, prior = Linearised(x, error, jacobian), prior_of(numbers)
-    points = np.array([np.clip(x + damped_step(at, box, damping, prior), *box) for damping in PROBE_DAMPINGS])
+    at, task = Linearised(x, error, jacobian), FitTask(problem, numbers, box, prior_of(numbers))
+    points = np.array([np.clip(x + damped_step(task, at, damping), *box) for damping in PROBE_DAMPINGS])
     errors = error + (points - x) @ jacobian.T
-    costs = [float(item @ item) + prior.cost(point) for item, point in zip(errors, points, strict=True)]
+    costs = [task.cost(item, point) for item, point in zip(errors, points, strict=True)]
     order = np.argsort(costs, kind="stable")
     return Foreseen(costs[order[0]], points[order])
 
@@ -823,10 +795,7 @@ def misled(ahead: Foreseen, current: Fit, terms: Sequence[Term]) -> bool:
 def shortlist(order: Sequence[int], count: int, unknown: Collection[int]) -> list[int]:
     """Return the first `count` and `SHORTLIST` more of the hypotheses, and the `unknown` ones of the others.
 
-    Args:
-        order: of hypotheses, best foreseen first.
-        count: how many are to be picked.
-        unknown: of which the forecast tells nothing.
+    `order`: of hypotheses, best foreseen first; `unknown`: of which the forecast tells nothing.
     """
     return [index for place, index in enumerate(order) if place < count + SHORTLIST or index in unknown]
 

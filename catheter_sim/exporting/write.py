@@ -257,10 +257,7 @@ _INTEGRATORS = ("Euler", "implicitfast")
 def make_plainer(root: Element, plain: mujoco.MjModel, laws: Sequence[HingeLaw]) -> None:
     """Take out of a model what such engines refuse, and let its ties and friction be hard without it.
 
-    Args:
-        root: the model, with all that it is given.
-        plain: the same, loaded, without what laws add.
-        laws: of its hinges.
+    `plain` is the model without what laws add, loaded; `laws` are of its hinges.
     """
     for item in (*root.part("actuator").children, *root.part("sensor").children):
         item.set(delay=None, nsample=None, interp=None)

@@ -168,10 +168,8 @@ _SIDES = 1.96
 class Judged:
     """A fit with what it leaves on trials that were held out.
 
-    Attributes:
-        fit: the numbers.
-        outputs: along each held-out trial, shape (r, o) each.
-        times_noise: root mean square of its errors there, in units of the noise.
+    `outputs` are along each held-out trial, shape (r, o) each; `times_noise` is the root mean square of its
+    errors there, in units of the noise.
     """
 
     fit: ForeignFit

@@ -188,7 +188,10 @@ def _actuators(elements: _Elements, values: Values) -> Iterator[Number]:
     compiled = elements.compiled
     there, missing = set[Number](), set[Number]()
     for k in range(compiled.nu):
-        own = {number: value for number, value in values.items() if _drives(number, k)}
+        driving = [
+            number for number in values if number.cause in (GAIN, OFFSET, STIFFNESS) and k in number.of
+        ]
+        own = {number: values[number] for number in driving}
         if not own:
             continue
         element = elements.find("actuator", k)
@@ -204,10 +207,6 @@ def _actuators(elements: _Elements, values: Values) -> Iterator[Number]:
         if element is not None and fit:
             _retune(element, compiled, k, fit)
     yield from there - missing
-
-
-def _drives(number: Number, actuator: int) -> bool:
-    return number.cause in (GAIN, OFFSET, STIFFNESS) and actuator in number.of
 
 
 def _retune(element: Element, compiled: mujoco.MjModel, k: int, values: Values) -> None:

@@ -260,10 +260,7 @@ class Number:
 class Variant:
     """Numbers of one cause that are freed together.
 
-    Attributes:
-        cause: its name.
-        form: which of them, in words.
-        numbers: what is freed.
+    `form` says in words which of them.
     """
 
     cause: str
@@ -485,10 +482,7 @@ class ForeignTrial:
 class Runner:
     """Runs a model along trials.
 
-    Attributes:
-        model: with the wanted outputs.
-        settle_s: for which the first row is held before a trial begins [s].
-        jobs: runs at a time.
+    The first row is held for `settle_s` before a trial begins [s].
     """
 
     model: ForeignModel
@@ -519,7 +513,8 @@ class Runner:
         rest = np.repeat(arriving[:, :1], held, axis=1)
         controls = np.concatenate([rest, arriving], axis=1)
         states = np.stack([_at_rest(model) for model in models])
-        _, sensed = pool.rollout(list(models), self._datas(models[0]), states, controls, skip_checks=False)
+        datas = [mujoco.MjData(models[0]) for _ in range(max(self.jobs, 1))]
+        _, sensed = pool.rollout(list(models), datas, states, controls, skip_checks=False)
         sensed = sensed[:, held:, self.model.sensor_places] * self.model.factors
         rows = []
         for own, values in zip(sensed, many, strict=True):
@@ -527,9 +522,6 @@ class Runner:
             columns = [np.interp(trial.time_s, at_s, own[:, k]) for k in range(own.shape[1])]
             rows.append(as_tracked(self.model, np.stack(columns, axis=1), values))
         return rows
-
-    def _datas(self, model: mujoco.MjModel) -> list[mujoco.MjData]:
-        return [mujoco.MjData(model) for _ in range(max(self.jobs, 1))]
 
 
 def _at_rest(model: mujoco.MjModel) -> Array:

@@ -228,9 +228,7 @@ _LONG_STEP = 5.0  # whole numbers that step by more are taken for ms
 def clock_of(raw: RawFile, heads: Heads, rate_Hz: float | None) -> tuple[dict[str, object], list[Guess]]:
     """Return the entry `time_s` of a map, and how sure it is.
 
-    Args:
-        raw, heads: the file and what its head says.
-        rate_Hz: of the frames, where the user states it.
+    `rate_Hz`: of the frames, where the user states it.
     """
     entry: dict[str, object] = {"column": heads.clock}
     named = "its name" if heads.clock_named else "the first column that only rises"

@@ -286,11 +286,7 @@ def _is_counted(column: str, values: Array, full_mm: float) -> bool:
 def _angle(channel: str, unit: str, guess: str, asked: Asked) -> tuple[str, list[Guess]]:
     """Return the unit of a motor's angle and how sure it is, nothing where the head states it.
 
-    Args:
-        channel: what it drives.
-        unit: that the head states, "" where it states none.
-        guess: the unit by the size of the numbers.
-        asked: what the user states.
+    `unit`: that the head states, "" where it states none; `guess`: that by the size of the numbers.
     """
     key = f"map.{channel}.unit"
     stated = asked.motor_unit or (COUNTS if asked.counts_per_turn and unit not in ANGLES else "")

@@ -82,10 +82,7 @@ def rebent(shapes: Shapes, change: Callable[[Array], Array]) -> Shapes:
     """Return shapes whose elements' turns are changed, stacked anew from the base.
 
     An element that turns by more carries its step, from face to face, half as far: it bends in its middle.
-
-    Args:
-        shapes: to change.
-        change: from turns as of `bends_of`, shape (r, n, 3), to others.
+    `change`: from turns as of `bends_of`, shape (r, n, 3), to others.
     """
     before = bends_of(shapes)
     turns = [Rotation.from_rotvec(part.reshape(-1, 3)) for part in (before, change(before))]
@@ -146,11 +143,7 @@ class Scale:
 class Acting:
     """A form at work on a specimen.
 
-    Attributes:
-        specimen: on which.
-        scale: what is large there.
-        size: how much of it; it does nothing at zero.
-        numbers: what else was drawn.
+    `size` says how much of it, which does nothing at zero; `numbers`, what else was drawn.
     """
 
     specimen: Specimen
@@ -192,8 +185,7 @@ class LabForm:
         cause: its name on the closed list; of a cause outside the list its own.
         name: of the form.
         law: what it does, in one line, with its source.
-        known: whether the diagnosis has a form of this law.
-        purpose: of a foreign form "tune" or "judge"; of a known one "both".
+        purpose: "both" of a form whose law the diagnosis knows; of a foreign one "tune" or "judge".
         applies: whether it makes sense on a specimen.
         draw: what else it has.
         every: of a known form, all choices that `draw` has, of numbers that are no choice a typical one.
@@ -216,8 +208,7 @@ class LabForm:
     cause: str
     name: str
     law: str
-    known: bool
-    purpose: str
+    purpose: str = "both"
     applies: Callable[[Specimen], bool] = lambda specimen: True
     draw: Draw = nothing_more
     every: Every = nothing_else
@@ -241,6 +232,11 @@ class LabForm:
     def key(self) -> str:
         """Its cause's name and its own."""
         return f"{self.cause}.{self.name}"
+
+    @property
+    def known(self) -> bool:
+        """Whether the diagnosis has a form of this law."""
+        return self.purpose == "both"
 
     @property
     def looks_only(self) -> bool:
@@ -355,13 +351,8 @@ def simulated(
 ) -> Shapes:
     """Return where the robot is at some rows of a trial (default: all), before anybody looks.
 
-    Args:
-        specimen: the robot.
-        scale: what is large for it.
-        planted: what is planted.
-        course: the trial.
-        rows: those that are simulated; what arrives at them is that of the whole trial.
-        without: the same rows with nothing planted, for loads that depend on where the robot is.
+    What arrives at `rows` is that of the whole trial. `without`: the same rows with nothing planted, for
+    loads that depend on where the robot is.
 
     Raises:
         CannotMake: the simulation diverged, or an input goes beyond a joint's range.

@@ -16,12 +16,9 @@ from catheter_sim.arrays import Array
 def within(lower: Array, upper: Array, start: float = 0.0) -> Array:
     """Return what lies between two bounds and moves only when one of them pushes it.
 
-    That is dry friction without inertia: y stays where it is unless it leaves [lower, upper]
-    (Krasnosel'skii and Pokrovskii 1989, the play operator with any bounds).
-
-    Args:
-        lower, upper: bounds at each row, shape (r, c), lower <= upper.
-        start: of every column before the first row.
+    That is dry friction without inertia: y stays where it is unless it leaves [lower, upper] (Krasnosel'skii
+    and Pokrovskii 1989, the play operator with any bounds). The bounds have the shape (r, c), lower <= upper;
+    `start` is that of every column before the first row.
     """
     found = np.empty_like(lower)
     now = np.full(lower.shape[1:], start)

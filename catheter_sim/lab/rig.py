@@ -61,10 +61,8 @@ class Limits:
 class Said:
     """What errors call what a bench is made of; default: as on the command line.
 
-    Attributes:
-        hide: the hidden causes.
-        limits: the ranges of its inputs.
-        columns: what it measures.
+    `hide` stands for the hidden causes, `limits` for the ranges of its inputs, `columns` for what it
+    measures.
     """
 
     hide: str = "--hide"
@@ -113,11 +111,8 @@ class Rig(Protocol):
     def read(self, columns: Sequence[str] | None = None) -> Table | None:
         """Return what was commanded and measured in the last play, inputs first, in file units.
 
-        Args:
-            columns: the outputs wanted, of the rig's; None: all that it measures.
-
-        Returns:
-            None where the recording has not arrived yet (`waiting` says what is missing).
+        `columns` are of the rig's (None: all). None is returned where the recording has not arrived yet
+        (`waiting` says what is missing).
 
         Raises:
             InputError: nothing was played, no such column, or a recording that is not of this play.
@@ -130,10 +125,8 @@ class Rig(Protocol):
 def drive_limits(robot: RobotSpec, reach: Mapping[str, float] | Sequence[float]) -> Ranges:
     """Return least and most of each input column, in its unit, from how far it may go, SI.
 
-    Args:
-        robot: its columns.
-        reach: of each column by name or in their order, shape (c,) [N, or m]; a displacement may go as far
-            the other way, unless its drive takes no values below zero.
+    `reach`: of each column by name or in their order, shape (c,) [N, or m]; a displacement may go as far the
+    other way, unless its drive takes no values below zero.
     """
     found = {}
     for index, drive in enumerate(drives_of(robot)):
@@ -176,11 +169,6 @@ def completed(robot: RobotSpec, given: Mapping[str, tuple[float, float]], where:
     if not any(name in given for name in input_channels(robot)):
         raise InputError(f"{where}: a range of at least one input is needed; choices: {', '.join(known)}")
     return dict(given)
-
-
-def input_columns_of(table: Table, known: Sequence[str]) -> dict[str, Array]:
-    """Return the columns of `table` that are among `known`, in the order of these."""
-    return {name: table.columns[name] for name in known if name in table.columns}
 
 
 def asked_columns(columns: Sequence[str] | None, own: Sequence[str]) -> tuple[str, ...]:

@@ -39,10 +39,8 @@ _FIRST = (
 class BenchRobot:
     """A robot as the bench uses it.
 
-    Attributes:
-        reference: how a data set names it.
-        robot: as specified.
-        trials: how it is driven, what is measured and who makes its data.
+    A data set names it by `reference`; `trials` say how it is driven, what is measured and who makes its
+    data.
     """
 
     reference: str
@@ -64,19 +62,6 @@ def bench_robot(name: str, generator: np.random.Generator) -> BenchRobot:
     if name not in BENCH_ROBOTS:
         raise unknown("robot of the bench", name, BENCH_ROBOTS)
     return BENCH_ROBOTS[name](generator)
-
-
-def named_robots(text: str | None, where: str) -> tuple[str, ...]:
-    """Return the robots of the bench that an argument names, comma-separated; all where there is none.
-
-    Raises:
-        InputError: no such robot; the line names `where` it stands.
-    """
-    names = tuple(text.split(",")) if text else tuple(BENCH_ROBOTS)
-    for name in names:
-        if name not in BENCH_ROBOTS:
-            raise unknown("robot", name, BENCH_ROBOTS, where)
-    return names
 
 
 def _by_id(reference: str, trials: Trials) -> Callable[[np.random.Generator], BenchRobot]:

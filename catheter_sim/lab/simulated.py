@@ -23,6 +23,8 @@ from catheter_sim.core.published import Trials
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.lab.engine import (
+    LARGEST,
+    SMALLEST,
     Acting,
     CannotMake,
     Ground,
@@ -33,7 +35,6 @@ from catheter_sim.lab.engine import (
     simulated,
 )
 from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS
-from catheter_sim.lab.planting import sized
 from catheter_sim.lab.rig import Limits, Said, asked_columns, completed, drive_limits, named_robot
 from catheter_sim.lab.robots import BENCH_ROBOTS, BenchRobot
 from catheter_sim.lab.specimen import (
@@ -53,7 +54,10 @@ RANDOM = "random"  # what is hidden, drawn
 _KEY = 71  # of this file's random numbers
 _TRIES = 30  # causes drawn until one can be planted
 _TRIALS = 2  # usual ones, by which it is judged how large a cause must be to show
+_INNER = 1.2  # sizes are aimed at so far inside of `SMALLEST` to `LARGEST`
 _DRIVES = {Quantity.TENSION: "pull", Quantity.DISPLACEMENT: "heading"}
+
+Sized = tuple[Planted, Array]  # with its change of the outputs over the noise
 
 
 @dataclass
@@ -252,6 +256,15 @@ def _hidden(ground: Ground, text: str, generator: np.random.Generator, said: str
     raise InputError(f"{said} {text}: on this robot no size of it shows; give one: {name}=SIZE")
 
 
+def sized(ground: Ground, form: LabForm, generator: np.random.Generator) -> Sized | None:
+    """Return a form of a drawn size, and its change; None where no size leaves as much as is asked."""
+    numbers = form.draw(ground.specimen, ground.scale, generator)
+    low, high = np.log(SMALLEST * _INNER), np.log(LARGEST / _INNER)
+    target = float(np.exp(generator.uniform(low, high)))
+    sign = float(generator.choice([-1.0, 1.0])) if form.signed else 1.0
+    return ground.sized(form, numbers, target, sign)
+
+
 def _form_named(specimen: Specimen, name: str, generator: np.random.Generator, said: str) -> LabForm:
     if name == RANDOM:
         choices = [form for form in FORMS if form.known and form.applies(specimen)]
@@ -312,7 +325,7 @@ def _loads(specimen: Specimen, inputs: Table) -> tuple[Planted, ...]:
     def on_tip(acting: Acting, course: Course) -> tuple[int, Array]:
         return specimen.elements, force
 
-    return (Planted(LabForm("known force", "tip", "as played", True, "both", body_force=on_tip), 1.0, {}),)
+    return (Planted(LabForm("known force", "tip", "as played", body_force=on_tip), 1.0, {}),)
 
 
 def _bench_of(reference: str, robot: RobotSpec, limits: Mapping[str, tuple[float, float]]) -> BenchRobot:

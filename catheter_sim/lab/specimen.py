@@ -368,20 +368,10 @@ _CORRELATION = (0.3, 0.7)  # from row to row
 _NOISE_STEP = (0.8, 1.6)  # of a quantised reading, times the noise
 
 
-def drawn_kind(generator: np.random.Generator) -> str:
-    """Return a kind of noise."""
-    share = np.array(list(KINDS.values()), dtype=float)
-    return str(generator.choice(list(KINDS), p=share / share.sum()))
-
-
 def measured(clean: Array, size: Array, kind: str, generator: np.random.Generator) -> Array:
     """Return outputs (r, o) with noise of a kind; some cells are missing (NaN).
 
-    Args:
-        clean: without noise.
-        size: standard deviation of each column, shape (o,).
-        kind: one of `KINDS`.
-        generator: draws it.
+    `size`: standard deviation of each column, shape (o,); `kind`: one of `KINDS`.
     """
     noisy = clean + size * standard(clean.shape, kind, generator)
     if kind == "quantised":

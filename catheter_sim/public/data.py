@@ -217,11 +217,8 @@ def gravity_of(value: Sequence[float]) -> Array:
 def texts_of(value: Any, where: str, needed: str, least: int = 0) -> list[str]:
     """Return names as a list; one name will do.
 
-    Args:
-        value: what a user gave.
-        where: what it is called.
-        needed: what would be right, in the plural.
-        least: how many there must be.
+    `where`: what they are called; `needed`: what would be right, in the plural; `least`: how many there must
+    be.
 
     Raises:
         InputError: they are none.
@@ -399,11 +396,8 @@ def inputs_of(robot: RobotSpec, given: Any) -> Inputs:
 def table_of(table: Any, where: str, known: Collection[str] | None = None) -> Table:
     """Return a mapping or a data frame, anything with `keys()` and columns by name, as a table.
 
-    Args:
-        table: `time_s` and columns by name, shape (r,) or one number each.
-        where: what to call it in errors.
-        known: the columns to read besides `time_s`; others may hold anything, and are named in the table's
-            `ignored`. None: every column.
+    `table` has `time_s` and columns by name, shape (r,) or one number each. Columns that are not `known`
+    (None: all are) may hold anything, and are named in the table's `ignored`.
 
     Raises:
         InputError: it is none, has no `time_s`, or columns of other lengths or of no numbers.

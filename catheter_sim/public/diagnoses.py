@@ -210,11 +210,8 @@ def diagnose(
 def parameter_listing(verdict: str, causes: Sequence[Cause], first: str, last: str) -> Listing:
     """Return a row for each parameter of each cause: its name, value and 95 % interval.
 
-    Args:
-        verdict: the listing's title.
-        causes: whose parameters.
-        first: heading of the causes' names.
-        last: the figure of a cause that ends each row, "gain_percent" or "probability".
+    `first` heads the causes' names; `last` is the figure of a cause that ends each row, "gain_percent" or
+    "probability".
     """
     rows = tuple(
         {

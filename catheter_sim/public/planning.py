@@ -662,10 +662,7 @@ def sensed_columns(robot: RobotSpec) -> list[str]:
 def causes_of(robot: RobotSpec, uncertain: Mapping[str, float] | None, where: str) -> list[UncertainCause]:
     """Return what of a robot is known only within a range.
 
-    Args:
-        robot: as it is specified.
-        uncertain: half of the range by dotted key; None: as published.
-        where: what to call it in errors.
+    `uncertain`: half of the range by dotted key; None: as published.
 
     Raises:
         InputError: no such number, or half a range that is none.

@@ -657,10 +657,7 @@ def controlled(
 ) -> Control:
     """Return a robot's controlled motions; arguments and errors as of `control`.
 
-    Args:
-        robot, believed, trajectory, models: as of `control`.
-        setting: what all ways share.
-        progress: show on standard error what is done.
+    `setting` is what all ways share.
     """
     from catheter_sim.controllers.comparison import follow, way_of
 

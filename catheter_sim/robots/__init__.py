@@ -47,9 +47,7 @@ def face_of(robot: RobotSpec, name: str, what: str) -> Any:
 def check_robot(robot: RobotSpec, where: str) -> None:
     """Raise `InputError` where a number of `robot` is impossible.
 
-    Args:
-        robot: of any kind.
-        where: what to call it in the message (file or robot id).
+    `where`: what to call it in the message (file or robot id).
     """
     kind = kind_of(robot)
     kind.checks.check(robot, where)

@@ -84,10 +84,7 @@ def _of_all_kinds() -> Iterator[TheoryModel]:
 def static_model(name: str, robot: RobotSpec, where: str) -> TheoryModel:
     """Return a static model by its name.
 
-    Args:
-        name: as on the command line.
-        robot: that it must know, its effects included.
-        where: what to call the robot in an error.
+    `where`: what to call the robot in an error.
 
     Raises:
         InputError: there is no such model, or it does not know the robot.

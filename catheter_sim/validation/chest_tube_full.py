@@ -63,9 +63,7 @@ PULLED_N = 0.05  # a rod that nobody pulls has no tension to judge
 def violations(robot: RollingRobot, postures: Sequence[Posture]) -> tuple[int, int]:
     """Return how often a rod slid through a link while its tension said that it stuck, of how many slides.
 
-    Args:
-        robot: whose postures they are.
-        postures: at closely spaced rows.
+    The postures are at closely spaced rows.
     """
     chain = rolling_chain(robot)
     theta, tension = _theta(postures), np.array([posture.tendon_tension for posture in postures])
@@ -304,11 +302,6 @@ class Pushed:
 
 def pushed(robot: RollingRobot, rod: Rod, tension_N: float) -> tuple[Pushed, Pushed]:
     """Push the tip of `robot`, bent by one rod, against the bend and with it.
-
-    Args:
-        robot: of rigid links.
-        rod: the one that bends it.
-        tension_N: of that rod.
 
     Returns:
         The answers, against the bend first.

@@ -712,11 +712,8 @@ def motion(
 ) -> ValidatedMotion:
     """Return the chosen motion at an advance, simulated and by every model.
 
-    Args:
-        robot: of the transseptal design.
-        models: calibrated along its own path.
-        advance_mm: of the tube.
-        elsewhere: calibrated along the straight path, to be shown besides.
+    `models` are calibrated along the robot's own path, `elsewhere` along the straight path, to be shown
+    besides.
     """
     time = np.arange(round(CYCLE_S * CYCLES_MITRAL_MOTION * ROWS_PER_S) + 1) / ROWS_PER_S
     rows = np.zeros((len(time), 4))

@@ -269,13 +269,7 @@ _STYLES = {"PK": (ORANGE, ":"), "PK+PID": (ORANGE, "-"), "TE": (BLUE, ":"), "TE+
 
 
 def joint_control(runs: Mapping[str, ControlRun], joints: Sequence[str], path: Path) -> None:
-    """Draw bend and displacements over time by model and controller (as Nayar 2023, Fig. 6).
-
-    Args:
-        runs: "PK", "TE", "PK+PID" and "TE+PID".
-        joints: names of the first columns.
-        path: of the PNG.
-    """
+    """Draw bend and displacements over time by model and controller (as Nayar 2023, Fig. 6)."""
     figure = Figure(figsize=(5.0 * len(joints), 8.0), layout="constrained")
     columns = figure.subplots(3, len(joints), sharex=True, squeeze=False).T
     for k, (name, (bends, errors, parts)) in enumerate(zip(joints, columns, strict=True)):

@@ -88,10 +88,7 @@ def largest_tension_N(robot: ContinuumRobot) -> float:
 def benchmark_robot(disks: int = 10, stiffness: float = 1.0, links: int = 4) -> ContinuumRobot:
     """Return the benchmark's robot with so many disks a segment, its stiffness scaled.
 
-    Args:
-        disks: a segment.
-        stiffness: factor of E.
-        links: a subsegment, of the simulated chain.
+    `links`: a subsegment, of the simulated chain.
     """
     return replace(
         spacer_disk(), disks_per_segment=disks, stiffness_scale=stiffness, links_per_subsegment=links
@@ -245,10 +242,7 @@ def by_links(links: Sequence[int] = LINKS) -> tuple[ByLinks, ByLinks]:
     """Return the simulated chain's scores against `VC_ref_noproj`, ten disks, nominal stiffness.
 
     First against the robot as it is, then against one whose backbone neither stretches nor shears: the
-    chain's does not, so that this is what it converges to.
-
-    Args:
-        links: a subsegment.
+    chain's does not, so that this is what it converges to. `links`: a subsegment.
     """
     as_it_is: dict[tuple[str, int], ModelScores] = {}
     rigid: dict[tuple[str, int], ModelScores] = {}

@@ -140,9 +140,7 @@ def simulated_tip_m(robot: ContinuumRobot, tension_N: Array) -> Array:
 def distance_percent(disks: int, twisted: float = 1.0) -> float:
     """Return the simulated tip's distance from VC's [% of the length].
 
-    Args:
-        disks: a segment.
-        twisted: factor of the twist that VC is told.
+    `twisted`: factor of the twist that VC is told.
     """
     tension = 0.5 * SETS[PULLED] * largest_tension_N(benchmark_robot())
     robot = helical(disks)

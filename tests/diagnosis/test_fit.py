@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.comparison import as_good, pays
-from catheter_sim.diagnosis.fit import Fit, best_of_grid, blocks_of, fit, fold_of, residuals
+from catheter_sim.diagnosis.fit import Fit, FitTask, best_of_grid, blocks_of, fit, fold_of, residuals
 from catheter_sim.diagnosis.intervals import intervals
 from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
 from catheter_sim.diagnosis.problem import Problem, Term, box_of, fitted_numbers, prior_of, start_of
@@ -401,11 +401,11 @@ def test_many_numbers_are_scanned_one_at_a_time_where_they_are_not_known() -> No
     names = tuple(f"offset_t{k}_mm" for k in range(3))
     numbers = fitted_numbers(problem, (Term("actuation_offset", names),))
     mine = [index for index, item in enumerate(numbers) if item.effect]
-    box, prior = box_of(numbers), prior_of(numbers)
+    task = FitTask(problem, numbers, box_of(numbers), prior_of(numbers))
     x = start_of(numbers)
     x[mine[0]], x[mine[2]] = 20.0, -20.0
-    best = best_of_grid(problem, numbers, x, box, prior)
+    best = best_of_grid(task, x)
     assert best[mine[1]] > 0.0
     assert best[mine[0]] == best[mine[2]] == 0.0
     known = {numbers[index].key: 0.0 for index in mine}
-    assert np.array_equal(best_of_grid(problem, numbers, x, box, prior, known), x)
+    assert np.array_equal(best_of_grid(task, x, known), x)

@@ -13,10 +13,9 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.lab.engine import LARGEST, SMALLEST, CannotMake, Ground, Planted, columns_of, looked_at, rms
-from catheter_sim.lab.forms import forms_for, outside_for
-from catheter_sim.lab.planting import Sized, clean_outputs, drawn_form, in_order, separate, sized
 from catheter_sim.lab.robots import BENCH_ROBOTS
-from catheter_sim.lab.specimen import TRAINING, Course, drawn_courses, drawn_kind, drawn_specimen, measured
+from catheter_sim.lab.simulated import Sized, sized
+from catheter_sim.lab.specimen import TRAINING, Course, drawn_courses, drawn_specimen, measured
 from hidden_effects import natural
 from hidden_effects.natural import (
     NOT_MADE,
@@ -34,6 +33,15 @@ from hidden_effects.natural import (
     scored,
     share_line,
     table_of,
+)
+from hidden_effects.planting import (
+    clean_outputs,
+    drawn_form,
+    drawn_kind,
+    forms_for,
+    in_order,
+    outside_for,
+    separate,
 )
 from hidden_effects.running import (
     ANSWER,

@@ -34,20 +34,20 @@ from catheter_sim.lab.engine import (
     rms,
     simulated,
 )
-from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS, OUTSIDE, outside_for
-from catheter_sim.lab.planting import Sized, clean_outputs, drawn_form, in_order, separate, sized
+from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS, OUTSIDE
 from catheter_sim.lab.robots import BENCH_ROBOTS
+from catheter_sim.lab.simulated import Sized, sized
 from catheter_sim.lab.specimen import (
     TRAINING,
     Course,
     Specimen,
     drawn_courses,
-    drawn_kind,
     drawn_specimen,
     measured,
 )
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
+from hidden_effects.planting import clean_outputs, drawn_form, drawn_kind, in_order, outside_for, separate
 from hidden_effects.running import (
     ANSWER,
     Diagnose,

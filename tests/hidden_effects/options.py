@@ -14,10 +14,10 @@ from typing import Any
 
 from catheter_sim.cli.arguments import whole_number, whole_numbers
 from catheter_sim.errors import InputError
-from catheter_sim.lab.forms import PURPOSES
 from catheter_sim.lab.robots import BENCH_ROBOTS
 from catheter_sim.tables import replaced_when_whole
 from hidden_effects.natural import commit, scores_in
+from hidden_effects.planting import PURPOSES
 from hidden_effects.running import Folders, write_json
 
 

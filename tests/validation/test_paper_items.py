@@ -6,22 +6,14 @@ import re
 from pathlib import Path
 
 import pytest
+from scripts_as_modules import script_module
 
 from catheter_sim.errors import InputError
-from catheter_sim.validation.report import (
-    FOLDER,
-    NEED_A_PLACE,
-    NEED_A_REASON,
-    Paper,
-    checked_rows,
-    load_papers,
-    page_text,
-    row_of,
-)
 
+papers_page = script_module("papers_page")
 ROOT = Path(__file__).resolve().parents[2]
 TRUTH = ROOT / "docs" / "truth"
-ROWS = checked_rows((TRUTH / "validation.md").read_text(encoding="utf-8"))
+ROWS = papers_page.checked_rows((TRUTH / "validation.md").read_text(encoding="utf-8"))
 MOST_MISSING = 8  # items, of all papers
 ITEM = """
 [paper]
@@ -39,23 +31,23 @@ where = ["README.md"]
 
 
 @pytest.fixture(scope="module")
-def papers() -> tuple[Paper, ...]:
-    return load_papers()
+def papers() -> tuple:
+    return papers_page.load_papers()
 
 
-def test_the_page_is_what_the_files_say(papers: tuple[Paper, ...]) -> None:
+def test_the_page_is_what_the_files_say(papers: tuple) -> None:
     """`python scripts/papers_page.py` would change nothing."""
     page = (TRUTH / "papers_item_by_item.md").read_text(encoding="utf-8")
-    assert page == page_text(papers, ROWS)
+    assert page == papers_page.page_text(papers, ROWS)
 
 
-def test_every_place_that_an_item_names_exists(papers: tuple[Paper, ...]) -> None:
+def test_every_place_that_an_item_names_exists(papers: tuple) -> None:
     """Files are there, tests are defined in them, checks stand in the table of the validation."""
     for paper in papers:
         for item in paper.items:
             place = f"{paper.name}, item {item.number}"
             for check in item.checks:
-                row_of(check, ROWS)
+                papers_page.row_of(check, ROWS)
             for file, test in item.files:
                 assert (ROOT / file).exists(), f"{place}: {file}"
                 if test:
@@ -63,20 +55,20 @@ def test_every_place_that_an_item_names_exists(papers: tuple[Paper, ...]) -> Non
                     assert re.search(rf"^def {re.escape(test)}\(", text, re.MULTILINE), f"{place}: {test}"
 
 
-def test_nothing_is_partial_or_missing_without_a_reason(papers: tuple[Paper, ...]) -> None:
+def test_nothing_is_partial_or_missing_without_a_reason(papers: tuple) -> None:
     """And what works says where; few items are missing."""
     items = [item for paper in papers for item in paper.items]
-    assert len(papers) == len(list(FOLDER.glob("*.toml")))
-    assert all(item.reason for item in items if item.status in NEED_A_REASON)
-    assert all(item.where for item in items if item.status in NEED_A_PLACE)
+    assert len(papers) == len(list(papers_page.FOLDER.glob("*.toml")))
+    assert all(item.reason for item in items if item.status in papers_page.NEED_A_REASON)
+    assert all(item.where for item in items if item.status in papers_page.NEED_A_PLACE)
     assert sum(item.status == "M" for item in items) <= MOST_MISSING
 
 
-def test_an_item_calls_a_checked_figure_what_validate_calls_it(papers: tuple[Paper, ...]) -> None:
+def test_an_item_calls_a_checked_figure_what_validate_calls_it(papers: tuple) -> None:
     """No item says "predicted" of a figure that the named check says is not."""
     for paper in papers:
         for item in paper.items:
-            kinds = {row_of(check, ROWS).kind for check in item.checks}
+            kinds = {papers_page.row_of(check, ROWS).kind for check in item.checks}
             if item.kind == "predicted" and kinds:
                 assert "predicted" in kinds, f"{paper.name}, item {item.number}: {kinds}"
 
@@ -97,7 +89,7 @@ def test_a_wrong_file_is_refused_with_its_place(old: str, new: str, message: str
     """One line that names the file and what is wrong."""
     (tmp_path / "paper.toml").write_text(ITEM.replace(old, new), encoding="utf-8")
     with pytest.raises(InputError, match=message) as error:
-        load_papers(tmp_path)
+        papers_page.load_papers(tmp_path)
     assert "paper.toml" in str(error.value)
 
 
@@ -105,8 +97,8 @@ def test_a_figure_comes_from_the_row_that_is_named(tmp_path: Path) -> None:
     """The page shows the row's cell; a row that is not there, or twice, is refused."""
     named = ITEM.replace('"README.md"', f'"validate: {ROWS[0].check}"') + 'ours = "{line[0].ours} mm"\n'
     (tmp_path / "paper.toml").write_text(named, encoding="utf-8")
-    assert f"| {ROWS[0].ours} mm |" in page_text(load_papers(tmp_path), ROWS)
+    assert f"| {ROWS[0].ours} mm |" in papers_page.page_text(papers_page.load_papers(tmp_path), ROWS)
     with pytest.raises(InputError, match="begins 0 rows"):
-        page_text(load_papers(tmp_path), ROWS[1:])
+        papers_page.page_text(papers_page.load_papers(tmp_path), ROWS[1:])
     with pytest.raises(InputError, match=f"begins {len(ROWS)} rows"):
-        row_of("", ROWS)
+        papers_page.row_of("", ROWS)

@@ -78,10 +78,8 @@ REPORT = "diagnosis.json"
 class Earlier:
     """An earlier recording.
 
-    Attributes:
-        dataset: its trials.
-        is_of_report: its robot is the one that a finished report found, calibrated and with causes in it;
-            otherwise the robot as specified.
+    Where it `is_of_report`, its robot is the one that a finished report found, calibrated and with causes in
+    it; otherwise the robot as specified.
     """
 
     dataset: Dataset
@@ -337,10 +335,7 @@ def change_of(parameter: FittedParameter, share: float, backward: bool = False) 
 class OneRobot:
     """The robot that is the same in both recordings, worked out where it is first asked for.
 
-    Attributes:
-        base: the earlier recording.
-        after: the later one.
-        later: the same, without what it shares with the earlier one.
+    `later` is the later recording `after` without what it shares with the earlier one.
     """
 
     base: Baseline
@@ -380,7 +375,7 @@ def _one_robot(run: DiagnosisRun, base: Baseline, after: Dataset) -> RobotSpec:
     moved = registered(after, base.registration)
     trials = (*_named(base.dataset.trials, "earlier"), *_named(moved.trials, "later"))
     both = replace(base.dataset, trials=trials)
-    posed = pose(Prepared(both, *split(both), unmoved(base.registration), base.twin, ()))
+    posed = pose(Prepared(both, *split(both), registration=unmoved(base.registration), twin=base.twin))
     chosen = choose_causes(run, posed, Faults(()), EARLIER_CAUSES).fit
     return robot_with(posed.train, chosen.numbers, chosen.x)
 

@@ -111,9 +111,8 @@ class Pairs:
 class _Partners:
     """What one row pairs with.
 
-    Attributes:
-        error: of each partner, shape (p, o); NaN where missing.
-        share: of one row's variance that each one's has, shape (p,): less between two rows.
+    `error` of each partner, shape (p, o), NaN where missing; `share` of one row's variance that each one's
+    has, shape (p,): less between two rows.
     """
 
     error: Array
@@ -244,9 +243,7 @@ HOLDS_IF = (
 class Mass:
     """A force as a mass.
 
-    Attributes:
-        mass_g: added; below zero: taken away.
-        sideways_N: the part of the force across the weight.
+    `mass_g` is added, or below zero taken away; `sideways_N` is the part of the force across the weight.
     """
 
     mass_g: FittedParameter
@@ -293,9 +290,8 @@ STEADY, STEP, DRIFT, OPEN, IRREGULAR = "steady", "step", "drift", "step or drift
 class NumberCourse:
     """How a number went over recordings.
 
-    Attributes:
-        kind: `STEADY`; `STEP`; `DRIFT`; `OPEN`: either; `IRREGULAR`: it changed in another way.
-        after: of a step, the number from 0 of the recording after which it came; else None.
+    `kind` is `STEADY`, `STEP`, `DRIFT`, `OPEN`: either, or `IRREGULAR`: it changed in another way; `after`,
+    of a step, the number from 0 of the recording after which it came.
     """
 
     kind: str
@@ -346,10 +342,8 @@ def _missed(change: Array, shape: Array, precision: Array) -> float:
 def unpredicted_share(problem: Problem, robot: RobotSpec) -> float:
     """Return the share of a change that a smooth function of the commands leaves of trials left out.
 
-    `problem`: the training trials without what both share; `robot`: the earlier recording's.
-
-    Returns:
-        A root mean square over another, at most `MOST_MODEL_SHARE`; 0 where a single trial trains.
+    `problem`: the training trials without what both share; `robot`: the earlier recording's. A root mean
+    square over another, at most `MOST_MODEL_SHARE`; 0 where a single trial trains.
     """
     if len(problem.trials) < 2:
         return 0.0
@@ -421,13 +415,9 @@ def baseline(run: DiagnosisRun, dataset: Dataset, is_paired: bool) -> Baseline:
     """Return what an earlier recording says of the robot.
 
     Its best hypothesis is taken whether or not its causes would be named: whatever it soaks up, both
-    recordings share. Trials that look wrong are left out, if most do not.
-
-    Args:
-        run: where to fit.
-        dataset: the earlier recording.
-        is_paired: the later one's rows pair with its rows. What both share then cancels, and no causes are
-            looked for; the specimen's numbers alone are calibrated.
+    recordings share. Trials that look wrong are left out, if most do not. Where the later one's rows pair
+    with its rows (`is_paired`), what both share cancels: no causes are looked for, and the specimen's numbers
+    alone are calibrated.
 
     Raises:
         InputError: the recording looks wrong by itself, or has too little to learn from.
@@ -507,10 +497,7 @@ def left_by_unit(base: Baseline, later: Sequence[Trial], robot: RobotSpec) -> Ma
 def smooth_errors(base: Baseline, there: Problem) -> tuple[Array, ...]:
     """Return what a smooth error of unknown cause, learned from the earlier recording, is elsewhere.
 
-    No output of `there` is missing.
-
-    Returns:
-        Measured minus computed, of each trial, shape (r, o), in file units.
+    Measured minus computed, of each trial, shape (r, o), in file units; no output of `there` is missing.
     """
     residual = np.concatenate(
         [
@@ -546,10 +533,8 @@ def by_unit(columns: tuple[str, ...], errors: Array) -> Mapping[str, float]:
 class Differences:
     """A later recording without what both share.
 
-    Attributes:
-        prepared: it, as it can be fitted; its robot is the earlier recording's.
-        rows: of the later recording, those with a measured value.
-        paired_rows: of these, how many pair with rows of the earlier one.
+    It is `prepared` to be fitted; its robot is the earlier recording's. Of its `rows` with a measured value
+    `paired_rows` pair with rows of the earlier one.
     """
 
     prepared: Prepared
@@ -568,7 +553,9 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
     readings, frozen = without_frozen_readings(registered(rounded, base.registration))
     moving = readings.motion.moving
     pairs = [paired(trial.inputs, base.inputs, base.errors, moving) for trial in readings.trials]
-    smooth = smooth_errors(base, replace(base.problem, trials=_unmeasured(readings), every=1))
+    smooth = smooth_errors(
+        base, replace(base.problem, trials=_filled(readings.trials, readings.output_channels), every=1)
+    )
     trials = tuple(
         _without(trial, base.columns, np.where(np.isfinite(item.error), item.error, other))
         for trial, item, other in zip(readings.trials, pairs, smooth, strict=True)
@@ -590,10 +577,10 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         difference,
         train,
         heldout,
-        unmoved(base.registration),
-        base.twin,
         (*readings.notes, *base.notes, *frozen),
         lacking=lacking_in(difference, train, heldout),
+        registration=unmoved(base.registration),
+        twin=base.twin,
     )
     rows = _measured_rows(readings)
     with_pair = [mine & (item.count > 0) for mine, item in zip(rows, pairs, strict=True)]
@@ -621,7 +608,9 @@ def _repeatability(
     measured = _measured_rows(readings)
     spread = np.concatenate([item.spread for item in pairs])
     scatter = by_unit(base.columns, np.sqrt(spread))
-    own = smooth_errors(base, replace(base.problem, trials=_unmeasured_of(base), every=1))
+    own = smooth_errors(
+        base, replace(base.problem, trials=_filled(base.problem.trials, base.columns), every=1)
+    )
     left = by_unit(
         base.columns, np.concatenate([error - part for error, part in zip(base.errors, own, strict=True)])
     )
@@ -645,15 +634,11 @@ def _without(trial: Trial, columns: Sequence[str], error: Array) -> Trial:
     return replace(trial, outputs=replace(trial.outputs, columns=outputs))
 
 
-def _unmeasured(dataset: Dataset) -> tuple[Trial, ...]:
+def _filled(trials: Sequence[Trial], columns: Sequence[str]) -> tuple[Trial, ...]:
     """Return trials in which every output has a value, so that every row is predicted."""
-    return tuple(_filled(trial, dataset.output_channels) for trial in dataset.trials)
-
-
-def _unmeasured_of(base: Baseline) -> tuple[Trial, ...]:
-    return tuple(_filled(trial, base.columns) for trial in base.problem.trials)
-
-
-def _filled(trial: Trial, columns: Sequence[str]) -> Trial:
-    zeros = {name: np.zeros(len(trial.inputs)) for name in columns}
-    return replace(trial, outputs=Table(trial.inputs.time_s, zeros, trial.outputs.where))
+    found = []
+    for trial in trials:
+        zeros = {name: np.zeros(len(trial.inputs)) for name in columns}
+        outputs = Table(trial.inputs.time_s, zeros, trial.outputs.where)
+        found.append(replace(trial, outputs=outputs))
+    return tuple(found)

@@ -46,11 +46,8 @@ from catheter_sim.errors import InputError
 class NumberOverTime:
     """A number of a cause that changed, over all recordings.
 
-    Attributes:
-        cause, parameter: whose.
-        changes: since the first recording, of each recording, the first one's 0. A number that is infinite in
-            the first one is told as it is.
-        course: how it went.
+    `changes`: since the first recording, of each recording, the first one's 0. A number that is infinite in
+    the first one is told as it is.
     """
 
     cause: str
@@ -63,9 +60,8 @@ class NumberOverTime:
 class Series:
     """Several recordings of one robot, in the order given.
 
-    Attributes:
-        comparisons: of each later one with the first.
-        numbers: of every cause that changed in any of them.
+    The `comparisons` are of each later one with the first; `numbers`, of every cause that changed in any of
+    them.
     """
 
     comparisons: tuple[Changes, ...]
@@ -93,14 +89,8 @@ def compare_series(
 ) -> Series:
     """Return what changed over several recordings of a robot.
 
-    Args:
-        before: the earlier recordings, in their order; the others are compared with the first one.
-        after: the last one.
-        place: where to fit.
-        progress: show what is being done where standard error is a terminal.
-        simulation: replay the held-out trials in MuJoCo at the end.
-        budget_s: seconds after which the search for causes ends with the best so far.
-        search_anyway: look for changes where too little was measured to name any, too.
+    `before` are the earlier recordings in their order; the others are compared with the first one. The other
+    arguments are those of `diagnose_dataset`.
 
     Raises:
         InputError: there is none before, robots or outputs differ, or the first one looks wrong by itself.

@@ -23,15 +23,3 @@ FORMS: tuple[LabForm, ...] = tuple(form for file in _FILES for form in file.FORM
 OUTSIDE: tuple[LabForm, ...] = outside.FORMS
 CAUSES: tuple[str, ...] = tuple(dict.fromkeys(form.cause for form in FORMS))
 BY_KEY: Mapping[str, LabForm] = {form.key: form for form in (*FORMS, *OUTSIDE)}
-PURPOSES = ("tune", "judge")
-
-
-def forms_for(purpose: str, cause: str | None = None) -> tuple[LabForm, ...]:
-    """Return the forms that may be drawn for a purpose: known ones, and the foreign ones that are its own."""
-    found = FORMS if cause is None else tuple(form for form in FORMS if form.cause == cause)
-    return tuple(form for form in found if form.purpose in ("both", purpose))
-
-
-def outside_for(purpose: str) -> tuple[LabForm, ...]:
-    """Return the causes outside the list that may be drawn for a purpose."""
-    return tuple(form for form in OUTSIDE if form.purpose == purpose)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Mount, RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.lab import memory
-from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes, shortened
+from catheter_sim.lab.engine import Acting, LabForm, Shapes, shortened
 from catheter_sim.lab.forms.hysteresis import bends_joints
 from catheter_sim.lab.specimen import Course, Specimen
 
@@ -52,10 +51,6 @@ def _stiffness(compliance_m_per_N: float) -> float:
     return 1.0 / compliance_m_per_N if compliance_m_per_N > 0.0 else math.inf
 
 
-def _spring(acting: Acting) -> Mapping[str, float]:
-    return {"stiffness_N_per_mm": 1e-3 / _compliance(acting)}
-
-
 def _lost(acting: Acting, u: Array, share: Array) -> Array:
     """Return `u` less what its pulled tendons are longer by, in shares of `u`'s percents, where they bend."""
     lost = _PERCENT * acting.size * share
@@ -82,10 +77,6 @@ def _crept(acting: Acting, course: Course, u: Array) -> Array:
     return _lost(acting, u, share)
 
 
-def _shortest(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"shortest_s": float(generator.uniform(1.0, 4.0))}
-
-
 def _braided(acting: Acting, course: Course, u: Array) -> Array:
     toe = 0.15 * acting.specimen.reach
     pulled = np.abs(u) if acting.specimen.jointed else np.maximum(u, 0.0)
@@ -102,10 +93,6 @@ def _mounted(acting: Acting, robot: RobotSpec) -> RobotSpec:
 def _mount_compliance(acting: Acting) -> float:
     """In a size of one, 0.1 mm under the largest sum of tensions [m/N]."""
     return acting.size * 1e-4 / acting.scale.pull
-
-
-def _mount(acting: Acting) -> Mapping[str, float]:
-    return {"stiffness_N_per_mm": 1e-3 / _mount_compliance(acting)}
 
 
 def _gives_way(specimen: Specimen) -> bool:
@@ -133,20 +120,16 @@ FORMS = (
         cause="tendon_elongation",
         name="spring",
         law="a tendon is longer by T / k",
-        known=True,
-        purpose="both",
         applies=_displaced,
         start=5.0,
         most=100e3 / _SOFTEST_N_PER_M,
         robot=_softened,
-        parameters=_spring,
+        parameters=lambda acting: {"stiffness_N_per_mm": 1e-3 / _compliance(acting)},
     ),
     LabForm(
         cause="tendon_elongation",
         name="set",
         law="a tendon stays longer by a share of the most that it has been pulled",
-        known=True,
-        purpose="both",
         applies=_displaced,
         start=5.0,
         most=60.0,
@@ -158,7 +141,6 @@ FORMS = (
         cause="tendon_elongation",
         name="bedded",
         law="a tendon is longer for good by x (1 - exp(-most u so far / u0)): its ends bed in",
-        known=False,
         purpose="tune",
         applies=_displaced,
         start=3.0,
@@ -170,10 +152,9 @@ FORMS = (
         cause="tendon_elongation",
         name="creep",
         law="a pulled tendon lengthens by about log(1 + t / t0) (four Kelvin-Voigt elements)",
-        known=False,
         purpose="judge",
         applies=_displaced,
-        draw=_shortest,
+        draw=lambda specimen, scale, generator: {"shortest_s": float(generator.uniform(1.0, 4.0))},
         start=6.0,
         most=60.0,
         command=_crept,
@@ -183,7 +164,6 @@ FORMS = (
         cause="tendon_elongation",
         name="braid",
         law="a braid gives way at first: longer by x (1 - exp(-u / u0))",
-        known=False,
         purpose="judge",
         applies=_displaced,
         start=2.0,
@@ -195,19 +175,16 @@ FORMS = (
         cause="axial_compression",
         name="mount",
         law="the base sinks by the sum of the tensions / k",
-        known=True,
-        purpose="both",
         applies=_gives_way,
         start=20.0,
         most=400.0,
         robot=_mounted,
-        parameters=_mount,
+        parameters=lambda acting: {"stiffness_N_per_mm": 1e-3 / _mount_compliance(acting)},
     ),
     LabForm(
         cause="axial_compression",
         name="backbone",
         law="every element shortens by the tensions that pass it, T / EA",
-        known=False,
         purpose="tune",
         applies=_gives_way,
         start=3.0,
@@ -218,7 +195,6 @@ FORMS = (
         cause="axial_compression",
         name="rubber",
         law="the base sinks by x (1 - exp(-T / T0)): a rubber seat",
-        known=False,
         purpose="judge",
         applies=_gives_way,
         start=15.0,

@@ -117,21 +117,11 @@ def _plateau(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     return rebent(shapes, yielded)
 
 
-def _knee(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"knee": generator.uniform(0.3, 0.6)}
-
-
-def _sectioned_cubic(specimen: Specimen) -> bool:
-    return _has_cubic(specimen) and len(specimen.bench.robot.segments) > 1
-
-
 FORMS = (
     LabForm(
         cause="stiffness",
         name="scale",
         law="moment s EI k, all along",
-        known=True,
-        purpose="both",
         applies=_pulled_cells,
         start=6.0,
         signed=True,
@@ -143,7 +133,6 @@ FORMS = (
         cause="stiffness",
         name="taper",
         law="EI grows along the robot, 1 + 2 a z / L",
-        known=False,
         purpose="tune",
         applies=_pulled_cells,
         start=8.0,
@@ -155,8 +144,6 @@ FORMS = (
         cause="stiffness",
         name="section",
         law="s EI in one section only",
-        known=True,
-        purpose="both",
         applies=_sections,
         draw=_one_segment,
         every=lambda specimen, scale: [{"segment": k} for k in range(len(specimen.bench.robot.segments))],
@@ -171,7 +158,6 @@ FORMS = (
         cause="stiffness",
         name="aged",
         law="what has been bent is softer, by its largest bend so far (Mullins 1969)",
-        known=False,
         purpose="judge",
         applies=_pulled_cells,
         start=8.0,
@@ -183,8 +169,6 @@ FORMS = (
         cause="nonlinear_stiffness",
         name="cubic",
         law="moment EI (k + c k^3), all along",
-        known=True,
-        purpose="both",
         applies=_has_cubic,
         start=12.0,
         most=300.0,
@@ -195,10 +179,9 @@ FORMS = (
         cause="nonlinear_stiffness",
         name="plateau",
         law="beyond a bend an element gives way by more: the plateau of superelastic NiTi",
-        known=False,
         purpose="tune",
         applies=_pulled_cells,
-        draw=_knee,
+        draw=lambda specimen, scale, generator: {"knee": generator.uniform(0.3, 0.6)},
         start=15.0,
         most=150.0,
         shape=_plateau,
@@ -208,8 +191,6 @@ FORMS = (
         cause="nonlinear_stiffness",
         name="quintic",
         law="moment EI (k + c k^5), all along",
-        known=True,
-        purpose="both",
         applies=_has_cubic,
         start=15.0,
         most=200.0,
@@ -220,9 +201,8 @@ FORMS = (
         cause="nonlinear_stiffness",
         name="section",
         law="moment EI (k + c k^3) in one section only",
-        known=False,
         purpose="judge",
-        applies=_sectioned_cubic,
+        applies=lambda specimen: _has_cubic(specimen) and len(specimen.bench.robot.segments) > 1,
         draw=_one_segment,
         start=20.0,
         most=300.0,

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.robot import Friction, RobotSpec
+from catheter_sim.core.robot import Friction
 from catheter_sim.lab import memory
 from catheter_sim.lab.engine import (
     Acting,
@@ -29,14 +29,6 @@ from catheter_sim.lab.specimen import Course, Specimen
 _FIFTHS = 5
 _MOST_MU = 0.5  # by which a coefficient may be another
 _LEAST_MU = 0.1  # of the specified one: no tendon runs without friction
-
-
-def _played(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.play(u, acting.size * per_channel(acting))
-
-
-def _smooth(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.smooth_play(u, acting.size * per_channel(acting))
 
 
 def _soft(acting: Acting, course: Course, u: Array) -> Array:
@@ -63,14 +55,6 @@ def _at_the_joints(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     )
 
 
-def _slackened(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.slack(u, acting.size * per_channel(acting))
-
-
-def _through(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"through": generator.uniform(0.15, 0.4)}
-
-
 def _shares(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
     shares = generator.uniform(0.2, 1.0, len(specimen.reach))
     return {"shares": (shares / shares.max()).tolist()}
@@ -85,20 +69,12 @@ def _soft_width(acting: Acting) -> Mapping[str, float]:
     return {**own, "soft_through": acting.numbers["through"]}
 
 
-def _own_width(acting: Acting) -> Mapping[str, float]:
-    return {f"width_{channel_name(acting)}_mm": acting.size * in_unit(acting)}
-
-
 def _own_widths(acting: Acting) -> Mapping[str, float]:
     drives, unit = acting.specimen.drives, acting.specimen.file_unit
     return {
         f"width_{drive.channel}_{unit}": acting.size * in_unit(acting) * share
         for drive, share in zip(drives, acting.numbers["shares"], strict=True)
     }
-
-
-def _slack(acting: Acting) -> Mapping[str, float]:
-    return {f"slack_{channel_name(acting)}_mm": acting.size * in_unit(acting)}
 
 
 def _bending_channels(specimen: Specimen) -> list[int]:
@@ -129,17 +105,9 @@ def _rubs(specimen: Specimen) -> bool:
     )
 
 
-def _rubbed(acting: Acting, robot: RobotSpec) -> RobotSpec:
-    return replace(robot, friction=Friction(_mu(acting)["mu"]))
-
-
 def _mu(acting: Acting) -> Mapping[str, float]:
     specified = acting.specimen.robot.friction.mu
     return {"mu": max(specified + 0.01 * acting.size, _LEAST_MU * specified)}
-
-
-def _turned(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.capstan(u, 0.01 * acting.size)
 
 
 def _rusted(acting: Acting, course: Course, u: Array) -> Array:
@@ -154,10 +122,6 @@ def _pressed(acting: Acting, course: Course, u: Array) -> Array:
         for k, reach in enumerate(acting.specimen.reach)
     ]
     return np.concatenate(parts, axis=1)
-
-
-def _knee(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"knee": generator.uniform(0.15, 0.4)}
 
 
 def _has_holes(specimen: Specimen) -> bool:
@@ -198,24 +162,20 @@ _PLAY = LabForm(
     cause="backlash",
     name="play",
     law="y = clip(y, u - w/2, u + w/2): the play operator, all channels alike",
-    known=True,
-    purpose="both",
     start=3.0,
     most=35.0,
-    command=_played,
+    command=lambda acting, course, u: memory.play(u, acting.size * per_channel(acting)),
     parameters=_width,
 )
 _MU = LabForm(
     cause="tendon_friction",
     name="capstan",
     law="at every hole T' in [T exp(-mu phi), T exp(mu phi)] (Euler), another mu",
-    known=True,
-    purpose="both",
     applies=_rubs,
     start=8.0,
     signed=True,
     most=100.0 * _MOST_MU,
-    robot=_rubbed,
+    robot=lambda acting, robot: replace(robot, friction=Friction(_mu(acting)["mu"])),
     parameters=_mu,
 )
 FORMS = (
@@ -227,38 +187,33 @@ FORMS = (
         applies=lambda specimen: specimen.jointed,
         draw=one_channel,
         every=each_channel,
-        parameters=_own_width,
+        parameters=lambda acting: {f"width_{channel_name(acting)}_mm": acting.size * in_unit(acting)},
     ),
     LabForm(
         cause="backlash",
         name="slack",
         law="a pair draws sign(u) max(|u| - s, 0)",
-        known=True,
-        purpose="both",
         applies=bends_joints,
         draw=a_bending_channel,
         every=lambda specimen, scale: [{"channel": channel} for channel in _bending_channels(specimen)],
         start=3.0,
         most=25.0,
-        command=_slackened,
-        parameters=_slack,
+        command=lambda acting, course, u: memory.slack(u, acting.size * per_channel(acting)),
+        parameters=lambda acting: {f"slack_{channel_name(acting)}_mm": acting.size * in_unit(acting)},
     ),
     LabForm(
         cause="backlash",
         name="smooth",
         law="the mean of plays of widths 0 to 2 w (Prandtl and Ishlinskii): round corners",
-        known=False,
         purpose="tune",
         start=4.0,
         most=40.0,
-        command=_smooth,
+        command=lambda acting, course, u: memory.smooth_play(u, acting.size * per_channel(acting)),
     ),
     LabForm(
         cause="backlash",
         name="uneven",
         law="the play operator, of another width in every channel",
-        known=True,
-        purpose="both",
         applies=lambda specimen: len(specimen.reach) > 1 and not specimen.jointed,
         draw=_shares,
         every=lambda specimen, scale: [{"shares": [1.0] * len(specimen.reach)}],
@@ -271,7 +226,6 @@ FORMS = (
         cause="backlash",
         name="at_joint",
         law="every joint's angle follows its elastic bend through a play of its own",
-        known=False,
         purpose="judge",
         applies=of_cells,
         start=3.0,
@@ -282,9 +236,7 @@ FORMS = (
         cause="backlash",
         name="soft",
         law="y = s u + (1 - s) play(u, w): a spring across the dead-band",
-        known=True,
-        purpose="both",
-        draw=_through,
+        draw=lambda specimen, scale, generator: {"through": generator.uniform(0.15, 0.4)},
         every=lambda specimen, scale: [{"through": 0.25}],
         start=4.0,
         most=40.0,
@@ -295,7 +247,6 @@ FORMS = (
         cause="backlash",
         name="narrowing",
         law="y = clip(y, u - w'/2, u + w'/2), w' = w (1 - 0.7 |u| / reach): the pull presses it together",
-        known=False,
         purpose="judge",
         start=4.0,
         most=50.0,
@@ -306,12 +257,10 @@ FORMS = (
         cause="tendon_friction",
         name="routing",
         law="before the robot T' in [T exp(-a), T exp(a)]: a path of a fixed turn (Euler)",
-        known=True,
-        purpose="both",
         applies=_tensioned,
         start=3.0,
         most=60.0,
-        command=_turned,
+        command=lambda acting, course, u: memory.capstan(u, 0.01 * acting.size),
         also=("backlash",),
         parameters=lambda acting: {"path_loss": 0.01 * acting.size},
     ),
@@ -319,7 +268,6 @@ FORMS = (
         cause="tendon_friction",
         name="rusted",
         law="the same with the loss a (1 + u / reach) of a rusted path: its turn grows with the pull",
-        known=False,
         purpose="tune",
         applies=_tensioned,
         start=3.0,
@@ -331,10 +279,9 @@ FORMS = (
         cause="tendon_friction",
         name="wall",
         law="T' in T -+ c max(T - T0, 0): the tendon presses on a wall beyond a tension (Coulomb)",
-        known=False,
         purpose="judge",
         applies=_tensioned,
-        draw=_knee,
+        draw=lambda specimen, scale, generator: {"knee": generator.uniform(0.15, 0.4)},
         start=4.0,
         most=60.0,
         command=_pressed,
@@ -344,7 +291,6 @@ FORMS = (
         cause="tendon_friction",
         name="constant",
         law="every hole holds back the same force, whatever the tension: T_k in T_(k-1) -+ f",
-        known=False,
         purpose="judge",
         applies=_has_holes,
         start=4.0,

@@ -26,10 +26,6 @@ from catheter_sim.lab.specimen import Course, Specimen
 _PERCENT = 0.01
 
 
-def _scaled(acting: Acting, course: Course, u: Array) -> Array:
-    return u * (1.0 + _PERCENT * acting.size * acting.mask())
-
-
 def _wound(acting: Acting, course: Course, u: Array) -> Array:
     return u * (1.0 + _PERCENT * acting.size * acting.mask() * np.abs(u) / acting.specimen.reach)
 
@@ -57,17 +53,9 @@ def _saturated(acting: Acting, course: Course, u: Array) -> Array:
     return u - min(_PERCENT * acting.size, 0.95) * acting.mask() * beyond
 
 
-def _knee(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"knee": generator.uniform(0.3, 0.6)}
-
-
 def _gain(acting: Acting) -> Mapping[str, float]:
     name = "scale" if "channel" not in acting.numbers else f"scale_{channel_name(acting)}"
     return {name: 1.0 + _PERCENT * acting.size}
-
-
-def _shifted(acting: Acting, course: Course, u: Array) -> Array:
-    return u + acting.size * per_channel(acting)
 
 
 def _offset(acting: Acting) -> Mapping[str, float]:
@@ -85,10 +73,6 @@ def _zeroed_anew(acting: Acting, course: Course, u: Array) -> Array:
 def _preloaded(acting: Acting, course: Course, u: Array) -> Array:
     fading = np.exp(-np.abs(u) / (0.25 * acting.specimen.reach))
     return u + acting.size * per_channel(acting) * fading
-
-
-def _seed(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"seed": int(generator.integers(2**31))}
 
 
 def parts_of(specimen: Specimen) -> list[str]:
@@ -155,14 +139,6 @@ def _unit_share(acting: Acting) -> float:
     return 0.001 if sent and sent[0].quantity is Quantity.ADVANCE else _PERCENT
 
 
-def _shared(acting: Acting, course: Course, u: Array) -> Array:
-    return _moved(acting, u, u)
-
-
-def _growing(acting: Acting, course: Course, u: Array) -> Array:
-    return _moved(acting, u, u * np.abs(u) / _reach_of_mover(acting))
-
-
 def _even(acting: Acting, course: Course, u: Array) -> Array:
     """A bent part is longer on its outside, whichever way it bends."""
     return _moved(acting, u, u**2 / _reach_of_mover(acting))
@@ -197,23 +173,19 @@ _COMMON = LabForm(
     cause="actuation_gain",
     name="common",
     law="u' = s u, all channels alike",
-    known=True,
-    purpose="both",
     start=5.0,
     signed=True,
     most=40.0,
-    command=_scaled,
+    command=lambda acting, course, u: u * (1.0 + _PERCENT * acting.size * acting.mask()),
     parameters=_gain,
 )
 _ZERO = LabForm(
     cause="actuation_offset",
     name="common",
     law="u' = u + o, all tendons alike",
-    known=True,
-    purpose="both",
     start=3.0,
     most=25.0,
-    command=_shifted,
+    command=lambda acting, course, u: u + acting.size * per_channel(acting),
     parameters=_offset,
 )
 FORMS = (
@@ -230,9 +202,8 @@ FORMS = (
         cause="actuation_gain",
         name="saturating",
         law="u' = u up to a knee, less of what exceeds it: an amplifier near its end",
-        known=False,
         purpose="tune",
-        draw=_knee,
+        draw=lambda specimen, scale, generator: {"knee": generator.uniform(0.3, 0.6)},
         start=10.0,
         most=90.0,
         command=_saturated,
@@ -242,8 +213,6 @@ FORMS = (
         cause="actuation_gain",
         name="wound",
         law="u' = u (1 + a |u| / reach): a tendon wound on itself lies on a larger drum",
-        known=True,
-        purpose="both",
         start=5.0,
         most=50.0,
         command=_wound,
@@ -254,7 +223,6 @@ FORMS = (
         cause="actuation_gain",
         name="cranked",
         law="u' = r sin(u / r): a lever that a servo motor turns, in place of a drum",
-        known=False,
         purpose="judge",
         start=40.0,
         most=150.0,
@@ -274,9 +242,8 @@ FORMS = (
         cause="actuation_offset",
         name="each_trial",
         law="u' = u + o_trial, uniform in -+o: zeroed by hand before each trial",
-        known=False,
         purpose="tune",
-        draw=_seed,
+        draw=lambda specimen, scale, generator: {"seed": int(generator.integers(2**31))},
         start=4.0,
         most=30.0,
         command=_zeroed_anew,
@@ -285,7 +252,6 @@ FORMS = (
         cause="actuation_offset",
         name="preload",
         law="u' = u + o exp(-|u| / u0): a preload spring that is overcome",
-        known=False,
         purpose="judge",
         start=4.0,
         most=30.0,
@@ -295,37 +261,32 @@ FORMS = (
         cause="coupling",
         name="share",
         law="u_b' = u_b + c u_a, side to side",
-        known=True,
-        purpose="both",
         applies=_several_parts,
         draw=_pair_of_parts,
         every=_pairs_of_parts,
         start=5.0,
         signed=True,
         most=50.0,
-        command=_shared,
+        command=lambda acting, course, u: _moved(acting, u, u),
         parameters=_coefficient,
     ),
     LabForm(
         cause="coupling",
         name="growing",
         law="u_b' = u_b + c u_a |u_a| / reach: it grows with bending",
-        known=True,
-        purpose="both",
         applies=_several_parts,
         draw=_pair_of_parts,
         every=_pairs_of_parts,
         start=8.0,
         signed=True,
         most=90.0,
-        command=_growing,
+        command=lambda acting, course, u: _moved(acting, u, u * np.abs(u) / _reach_of_mover(acting)),
         parameters=_growth,
     ),
     LabForm(
         cause="coupling",
         name="even",
         law="u_b' = u_b + c u_a^2 / reach: whichever way the other part is bent",
-        known=False,
         purpose="tune",
         applies=_several_parts,
         draw=_pair_of_parts,
@@ -338,7 +299,6 @@ FORMS = (
         cause="coupling",
         name="beyond",
         law="u_b' = u_b + c max(u_a - u0, 0): the tendons touch only beyond a bend, one way",
-        known=False,
         purpose="judge",
         applies=_several_parts,
         draw=_pair_and_knee,

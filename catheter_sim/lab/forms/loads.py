@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.robot import RobotSpec
 from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes
 from catheter_sim.lab.specimen import Course, Specimen
 
@@ -44,33 +42,13 @@ def _unit(axis: str) -> Array:
     return np.array([1.0 if axis == letter else 0.0 for letter in "xyz"])
 
 
-def _forced(acting: Acting) -> Array:
-    return np.asarray(acting.size * _softness(acting) * _unit(acting.numbers["axis"]))
-
-
-def _force(acting: Acting) -> Mapping[str, float]:
-    return {f"force_{acting.numbers['axis']}_N": acting.size * _softness(acting)}
-
-
-def _hung(acting: Acting, robot: RobotSpec) -> RobotSpec:
-    return replace(robot, tip_mass_kg=robot.tip_mass_kg + _mass_kg(acting))
-
-
 def _mass_kg(acting: Acting) -> float:
     return acting.size * _softness(acting) / _EARTH_MPS2
-
-
-def _heavy(specimen: Specimen) -> bool:
-    return _loadable(specimen) and specimen.weighs
 
 
 def _unstated(specimen: Specimen) -> bool:
     mass = sum(segment.mass_kg for segment in specimen.bench.robot.segments)
     return _loadable(specimen) and not specimen.weighs and mass > 0.0
-
-
-def _weight(acting: Acting) -> Array:
-    return acting.size * 0.1 * _EARTH_MPS2 * _unit(acting.numbers["axis"])
 
 
 def _pushed(acting: Acting, course: Course) -> tuple[int, Array]:
@@ -96,47 +74,41 @@ FORMS = (
         cause="payload",
         name="force",
         law="a constant force on the tip, base frame",
-        known=True,
-        purpose="both",
         applies=_loadable,
         draw=_toward,
         every=lambda specimen, scale: [{"axis": axis} for axis in specimen.bench.trials.axes],
         start=2.0,
         signed=True,
         most=100.0,
-        tip_force=_forced,
-        parameters=_force,
+        tip_force=lambda acting: np.asarray(acting.size * _softness(acting) * _unit(acting.numbers["axis"])),
+        parameters=lambda acting: {f"force_{acting.numbers['axis']}_N": acting.size * _softness(acting)},
     ),
     LabForm(
         cause="payload",
         name="mass",
         law="a mass on the tip, where weight acts: it turns with nothing but gravity",
-        known=True,
-        purpose="both",
-        applies=_heavy,
+        applies=lambda specimen: _loadable(specimen) and specimen.weighs,
         start=2.0,
         most=100.0,
-        robot=_hung,
+        robot=lambda acting, robot: replace(robot, tip_mass_kg=robot.tip_mass_kg + _mass_kg(acting)),
         parameters=lambda acting: {"mass_g": 1e3 * _mass_kg(acting)},
     ),
     LabForm(
         cause="payload",
         name="unstated_weight",
         law="the robot's own weight, where the data set says that none acts",
-        known=False,
         purpose="tune",
         applies=_unstated,
         draw=_toward,
         start=3.0,
         signed=True,
         most=10.0,
-        gravity=_weight,
+        gravity=lambda acting: acting.size * 0.1 * _EARTH_MPS2 * _unit(acting.numbers["axis"]),
     ),
     LabForm(
         cause="payload",
         name="body_force",
         law="a constant force halfway along the robot",
-        known=False,
         purpose="judge",
         applies=_loadable,
         draw=_height,
@@ -150,7 +122,6 @@ FORMS = (
         cause="payload",
         name="tether",
         law="a cable pulls the tip back toward its place at rest, as a spring",
-        known=False,
         purpose="judge",
         applies=_loadable,
         start=5.0,

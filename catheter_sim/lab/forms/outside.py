@@ -131,7 +131,7 @@ def _wall(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> N
     }
 
 
-_OUTSIDE = LabForm(cause="", name="outside", law="", known=False, purpose="tune", outside=True, start=5.0)
+_OUTSIDE = LabForm(cause="", name="outside", law="", purpose="tune", outside=True, start=5.0)
 FORMS = (
     replace(
         _OUTSIDE,

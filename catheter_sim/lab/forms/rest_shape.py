@@ -40,10 +40,6 @@ def _curvature(acting: Acting) -> Mapping[str, float]:
     return {f"curvature_{acting.numbers['axis']}_per_m": acting.size * _unit_curvature(acting)}
 
 
-def _has_curvature(specimen: Specimen) -> bool:
-    return specimen.has("rest_curvature_x_per_m")
-
-
 def _rest_joint(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
     joints = [item.name for item in specimen.bench.robot.segments if getattr(item, "joint", "") == "bending"]
     return {"joint": str(generator.choice(joints))}
@@ -61,16 +57,8 @@ def _bent_at_rest(acting: Acting, robot: RobotSpec) -> RobotSpec:
     )
 
 
-def _rest_deg(acting: Acting) -> Mapping[str, float]:
-    return {f"{acting.numbers['joint']}_deg": acting.size}
-
-
 def _has_tube(specimen: Specimen) -> bool:
     return any(getattr(item, "stroke_m", 0.0) > 0.0 for item in specimen.bench.robot.segments)
-
-
-def _tube_axis(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"axis": str(generator.choice(["x", "y"]))}
 
 
 def _tube_curved(acting: Acting, robot: RobotSpec) -> RobotSpec:
@@ -133,14 +121,6 @@ def _in_space(specimen: Specimen) -> bool:
     return of_cells(specimen) and specimen.seen_axes == "xyz"
 
 
-def _leaves_its_plane(specimen: Specimen) -> bool:
-    return _in_space(specimen) and not _has_twist(specimen)
-
-
-def _cells_rate(acting: Acting) -> Mapping[str, float]:
-    return {"cells_rate_deg_per_m": acting.size / acting.specimen.length_m}
-
-
 def _each_axis(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
     return [{"axis": axis} for axis in ("xy" if not specimen.planar or _bends_in_y(specimen) else "x")]
 
@@ -166,9 +146,8 @@ _CURVED = LabForm(
     cause="precurvature",
     name="",
     law="",
-    known=False,
     purpose="tune",
-    applies=_has_curvature,
+    applies=lambda specimen: specimen.has("rest_curvature_x_per_m"),
     draw=_axis,
     every=_each_axis,
     start=5.0,
@@ -180,7 +159,6 @@ FORMS = (
         _CURVED,
         name="curvature",
         law="moment EI (k - k0), all along",
-        known=True,
         purpose="both",
         robot=_curved,
         parameters=_curvature,
@@ -189,7 +167,6 @@ FORMS = (
         _CURVED,
         name="joint",
         law="moment K (angle - rest) of a bending joint",
-        known=True,
         purpose="both",
         applies=bends_joints,
         draw=_rest_joint,
@@ -197,16 +174,15 @@ FORMS = (
         start=2.0,
         most=27.0,
         robot=_bent_at_rest,
-        parameters=_rest_deg,
+        parameters=lambda acting: {f"{acting.numbers['joint']}_deg": acting.size},
     ),
     replace(
         _CURVED,
         name="tube",
         law="the tube that is pushed out is curved",
-        known=True,
         purpose="both",
         applies=_has_tube,
-        draw=_tube_axis,
+        draw=lambda specimen, scale, generator: {"axis": str(generator.choice(["x", "y"]))},
         every=lambda specimen, scale: [{"axis": "x"}, {"axis": "y"}],
         robot=_tube_curved,
         parameters=_curvature,
@@ -238,8 +214,6 @@ FORMS = (
         cause="twist",
         name="holes",
         law="the holes turn about the backbone at a constant rate",
-        known=True,
-        purpose="both",
         applies=_has_twist,
         start=5.0,
         signed=True,
@@ -251,20 +225,17 @@ FORMS = (
         cause="twist",
         name="cells",
         law="every cell of a robot that bends in one plane is mounted turned about the axis, alike",
-        known=True,
-        purpose="both",
-        applies=_leaves_its_plane,
+        applies=lambda specimen: _in_space(specimen) and not _has_twist(specimen),
         start=5.0,
         signed=True,
         most=80.0,
         shape=_turned_cells(lambda along: np.ones_like(along)),
-        parameters=_cells_rate,
+        parameters=lambda acting: {"cells_rate_deg_per_m": acting.size / acting.specimen.length_m},
     ),
     LabForm(
         cause="twist",
         name="more_and_more",
         law="the cells are turned about the axis the more, the nearer they are to the tip",
-        known=False,
         purpose="tune",
         applies=_in_space,
         start=5.0,
@@ -276,7 +247,6 @@ FORMS = (
         cause="twist",
         name="tip_half",
         law="only the cells of the tip's half are turned",
-        known=False,
         purpose="judge",
         applies=_in_space,
         start=8.0,
@@ -288,7 +258,6 @@ FORMS = (
         cause="twist",
         name="wrung",
         law="it turns about its axis in proportion to the tensions' sum",
-        known=False,
         purpose="judge",
         applies=_in_space,
         start=6.0,

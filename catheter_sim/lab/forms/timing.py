@@ -32,14 +32,6 @@ _CREEP_S = (15.0, 90.0)
 _PERCENT = 0.01
 
 
-def _lagged(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.lag(course.time_s, u, _TENTH_S * acting.size)
-
-
-def _delayed(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.delay(course.time_s, u, _TENTH_S * acting.size)
-
-
 def _seen_lagged(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     tau = _TENTH_S * acting.size
     return replace(
@@ -56,10 +48,6 @@ def _seen_delayed(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
         p=memory.delay(course.time_s, shapes.p, by),
         angles=memory.delay(course.time_s, shapes.angles, by),
     )
-
-
-def _heavy(acting: Acting, course: Course, u: Array) -> Array:
-    return memory.two_lags(course.time_s, u, _TENTH_S * acting.size)
 
 
 def _slow(acting: Acting, course: Course, u: Array) -> Array:
@@ -107,10 +95,6 @@ def _creep_time(specimen: Specimen, scale: Scale, generator: np.random.Generator
     return {"time_s": float(generator.uniform(*_CREEP_S))}
 
 
-def _creep(acting: Acting) -> Mapping[str, float]:
-    return {"creep": _PERCENT * acting.size, "creep_time_s": acting.numbers["time_s"]}
-
-
 def _responding(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     """What bends bends on: every element's turn creeps, by a logarithm of time."""
 
@@ -131,10 +115,6 @@ def _responding_once(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     return rebent(shapes, crept)
 
 
-def _shortest(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"shortest_s": float(generator.uniform(1.0, 4.0))}
-
-
 def _warm(acting: Acting, course: Course, u: Array) -> Array:
     numbers = acting.numbers
     phase = numbers["phase_rad"] + 1.7 * course.number
@@ -153,13 +133,11 @@ def _clamped(acting: Acting, course: Course, u: Array) -> Array:
     return u - 0.2 * acting.size * per_channel(acting) * memory.turning_points(u)
 
 
-_LATE = LabForm(cause="rate", name="", law="", known=True, purpose="both", start=3.0, most=_LONGEST)
+_LATE = LabForm(cause="rate", name="", law="", start=3.0, most=_LONGEST)
 _ZERO = LabForm(
     cause="drift",
     name="zero",
     law="u' = u + z t, t from the trial's start, all tendons alike",
-    known=True,
-    purpose="both",
     start=2.0,
     most=20.0,
     command=_wandered,
@@ -170,14 +148,14 @@ FORMS = (
         _LATE,
         name="input_lag",
         law="tau y' = u - y on the commands",
-        command=_lagged,
+        command=lambda acting, course, u: memory.lag(course.time_s, u, _TENTH_S * acting.size),
         parameters=lambda acting: {"lag_s": _TENTH_S * acting.size},
     ),
     replace(
         _LATE,
         name="input_delay",
         law="y(t) = u(t - d) on the commands",
-        command=_delayed,
+        command=lambda acting, course, u: memory.delay(course.time_s, u, _TENTH_S * acting.size),
         parameters=lambda acting: {"delay_s": _TENTH_S * acting.size},
     ),
     replace(
@@ -198,15 +176,13 @@ FORMS = (
         _LATE,
         name="two_lags",
         law="two lags of tau / 2 in a row: a heavy drive",
-        known=False,
         purpose="tune",
-        command=_heavy,
+        command=lambda acting, course, u: memory.two_lags(course.time_s, u, _TENTH_S * acting.size),
     ),
     replace(
         _LATE,
         name="stribeck",
         law="a play whose width falls with speed, w (0.2 + 0.8 exp(-(v/v0)^2)) (Armstrong-Helouvry 1994)",
-        known=False,
         purpose="tune",
         most=40.0,
         command=_stribeck,
@@ -216,7 +192,6 @@ FORMS = (
         _LATE,
         name="viscous",
         law="u' = u - c v0 sign(v) (|v|/v0)^0.6: oil that thins (Ostwald and de Waele)",
-        known=False,
         purpose="judge",
         command=_oiled,
     ),
@@ -224,7 +199,6 @@ FORMS = (
         _LATE,
         name="slew",
         law="|y'| is at most a limit: a motor at its top speed",
-        known=False,
         purpose="judge",
         command=_slow,
     ),
@@ -241,20 +215,17 @@ FORMS = (
         cause="drift",
         name="creep",
         law="u' = u + a x with T x' = u - x: one Kelvin-Voigt element",
-        known=True,
-        purpose="both",
         draw=_creep_time,
         every=lambda specimen, scale: [{"time_s": tau} for tau in _CREEP_S],
         start=8.0,
         most=50.0,
         command=_creeping,
-        parameters=_creep,
+        parameters=lambda acting: {"creep": _PERCENT * acting.size, "creep_time_s": acting.numbers["time_s"]},
     ),
     LabForm(
         cause="drift",
         name="temperature",
         law="u' = u + o sin(2 pi t / P + phase), phase by trial: a zero that follows the room",
-        known=False,
         purpose="tune",
         draw=_weather,
         start=3.0,
@@ -265,7 +236,6 @@ FORMS = (
         cause="drift",
         name="response",
         law="every element bends on, by one Kelvin-Voigt element",
-        known=False,
         purpose="tune",
         applies=of_cells,
         draw=_creep_time,
@@ -277,10 +247,9 @@ FORMS = (
         cause="drift",
         name="log_creep",
         law="every element bends on, by about log(1 + t / t0): four Kelvin-Voigt elements",
-        known=False,
         purpose="judge",
         applies=of_cells,
-        draw=_shortest,
+        draw=lambda specimen, scale, generator: {"shortest_s": float(generator.uniform(1.0, 4.0))},
         start=8.0,
         most=50.0,
         shape=_responding,
@@ -289,7 +258,6 @@ FORMS = (
         cause="drift",
         name="clamp",
         law="u' = u - s n, n reversals so far: a clamp that slips at every reversal",
-        known=False,
         purpose="judge",
         start=2.0,
         most=25.0,

@@ -109,17 +109,11 @@ def _put_up_anew(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     return replace(shapes, p=shapes.p + acting.size * _TENTH_MM * generator.uniform(-1.0, 1.0, 3))
 
 
-def _seed(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
-    return {"seed": int(generator.integers(2**31))}
-
-
 FORMS = (
     LabForm(
         cause="measurement_frame",
         name="rigid",
         law="p' = R p + t",
-        known=True,
-        purpose="both",
         draw=_pose,
         every=_shifts_and_turns,
         start=10.0,
@@ -132,8 +126,6 @@ FORMS = (
         cause="measurement_frame",
         name="scale",
         law="p' = s p: a camera's scale",
-        known=True,
-        purpose="both",
         start=10.0,
         signed=True,
         most=60.0,
@@ -144,8 +136,6 @@ FORMS = (
         cause="measurement_frame",
         name="sheared",
         law="p' = p + a (p m) n, m and n at right angles: a tracker whose axes are not",
-        known=True,
-        purpose="both",
         draw=_slant,
         every=_each_slant,
         start=10.0,
@@ -158,7 +148,6 @@ FORMS = (
         cause="measurement_frame",
         name="oblique",
         law="p' = p / (1 - a p n / L): a camera that looks on at a slant",
-        known=False,
         purpose="tune",
         draw=_toward,
         start=10.0,
@@ -169,7 +158,6 @@ FORMS = (
         cause="measurement_frame",
         name="distorted",
         law="p' = p + a |p|^2 n: the bent field of an electromagnetic tracker",
-        known=False,
         purpose="judge",
         draw=_toward,
         start=10.0,
@@ -180,9 +168,8 @@ FORMS = (
         cause="measurement_frame",
         name="each_trial",
         law="p' = p + t_trial, uniform in -+t: put up anew before each trial",
-        known=False,
         purpose="judge",
-        draw=_seed,
+        draw=lambda specimen, scale, generator: {"seed": int(generator.integers(2**31))},
         start=12.0,
         most=200.0,
         seen=_put_up_anew,

@@ -346,9 +346,7 @@ _ALL = tuple(dict.fromkeys(name for names in _NUMBERS.values() for name in names
 def check(robot: CatheterRobot, where: str) -> None:
     """Raise `InputError` where a number of `robot` is impossible.
 
-    Args:
-        robot: the robot.
-        where: what to call it in the message (file or robot id).
+    `where`: what to call it in the message (file or robot id).
     """
     top = f"{where}: "
     if robot.kind != "catheter":

@@ -326,9 +326,7 @@ _MAX_HOLES = 10_000  # of all tendons in all links; beyond it the model takes mi
 def check(robot: ContinuumRobot, where: str) -> None:
     """Raise `InputError` where a number of `robot` is impossible.
 
-    Args:
-        robot: the robot.
-        where: what to call it in the message (file or robot id).
+    `where`: what to call it in the message (file or robot id).
     """
     check_counts(robot.segments, robot.tendons, where)
     _check_names(robot, where)

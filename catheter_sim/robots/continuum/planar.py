@@ -210,9 +210,7 @@ def _in_plane(robot: ContinuumRobot) -> bool:
 def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
     """Return `robot` cell by cell.
 
-    Args:
-        robot: the robot.
-        model: name of the static model that asks, for errors.
+    `model`: name of the static model that asks, for errors.
 
     Raises:
         InputError: the robot does not bend in one plane, or a cell has more than one hinge.

@@ -664,9 +664,7 @@ def path_lengths(found: Equilibria) -> Array:
 def sections(rod: RodProblem, steps: int) -> Array:
     """Return the subsegments as the compiled code takes them, shape (n, 8).
 
-    Args:
-        rod: the robot.
-        steps: of the integration along the whole robot, at least.
+    `steps`: of the integration along the whole robot, at least.
     """
     bending = 1.0 / rod.bending_N_m2
     shear = 1.0 / rod.shear_N

@@ -169,9 +169,7 @@ def outputs(robot: NotchedTubeRobot) -> Outputs:
 def check(robot: NotchedTubeRobot, where: str) -> None:
     """Raise `InputError` where a number of `robot` is impossible.
 
-    Args:
-        robot: the robot.
-        where: what to call it in the message (file or robot id).
+    `where`: what to call it in the message (file or robot id).
     """
     top = f"{where}: "
     if robot.kind != "notched_tube":

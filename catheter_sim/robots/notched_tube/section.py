@@ -152,12 +152,8 @@ def fibres(segment: NotchedSegment, radial: int = 6, around: int = 16) -> Array:
     """Return points that integrate over the section: x from its centroid, y and area, shape (f, 3) [SI].
 
     Gauss-Legendre over the wall's thickness and over the angle that is left at each radius. `around` is even:
-    the first half of each radius' points has y < 0, in the order that mirrors the second half.
-
-    Args:
-        segment: whose notches.
-        radial: points over the thickness.
-        around: points over the angle at each.
+    the first half of each radius' points has y < 0, in the order that mirrors the second half. `radial`:
+    points over the thickness; `around`: points over the angle at each.
     """
     (nodes_r, weights_r), (nodes_a, weights_a) = _gauss(radial), _gauss(around)
     low, high = segment.inner_radius_m, segment.outer_radius_m

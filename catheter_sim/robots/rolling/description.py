@@ -356,9 +356,7 @@ _ON_THE_LINE_M = 1e-6  # nearer to a joint's line a rod has no length between tw
 def check(robot: RollingRobot, where: str) -> None:
     """Raise `InputError` where a number of `robot` is impossible.
 
-    Args:
-        robot: the robot.
-        where: what to call it in the message (file or robot id).
+    `where`: what to call it in the message (file or robot id).
     """
     top = f"{where}: "
     if robot.kind != "rolling":

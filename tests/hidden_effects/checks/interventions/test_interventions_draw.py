@@ -14,10 +14,10 @@ from catheter_sim.errors import InputError
 from catheter_sim.lab import specimen
 from catheter_sim.lab.engine import Planted
 from catheter_sim.lab.forms import BY_KEY
-from catheter_sim.lab.planting import clean_outputs
 from hidden_effects import interventions
 from hidden_effects.interventions import NEW, OLD, Recordings, drawn_recordings, make
 from hidden_effects.natural import Draw, scored_draw
+from hidden_effects.planting import clean_outputs
 from hidden_effects.running import ANSWER, Folders, read_json
 
 ROBOTS = ("mitral_transseptal",)

@@ -7,9 +7,10 @@ import pytest
 
 from catheter_sim.effects import EFFECTS
 from catheter_sim.lab.engine import Planted, Scale, changed_robot, possible
-from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS, OUTSIDE, forms_for, outside_for
+from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS, OUTSIDE
 from catheter_sim.lab.forms.inputs import crossed
 from hidden_effects.natural import STORIES, story_of
+from hidden_effects.planting import forms_for, outside_for
 
 SCALE = Scale(0.1, 50.0, 0.5, 30.0, 0.2, 0.04)
 
@@ -27,8 +28,8 @@ def test_every_cause_of_the_closed_list_has_three_forms():
 
 def test_no_foreign_form_serves_both_purposes():
     """What judges has never been tuned on; known forms serve both."""
-    for form in (*FORMS, *OUTSIDE):
-        assert (form.purpose == "both") is form.known
+    assert {form.purpose for form in FORMS} == {"both", "tune", "judge"}
+    assert {form.purpose for form in OUTSIDE} == {"tune", "judge"}
     assert not set(outside_for("tune")) & set(outside_for("judge"))
     assert min(len(outside_for("tune")), len(outside_for("judge"))) >= 3
     assert len(BY_KEY) == len(FORMS) + len(OUTSIDE)

@@ -1,4 +1,4 @@
-"""What can be planted: which form, how large, whether two can be told apart; and the outputs with it."""
+"""What a bench plants: on which robot, which form, whether two can be told apart; the outputs with it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.errors import unknown
 from catheter_sim.lab.engine import (
-    LARGEST,
-    SMALLEST,
     CannotMake,
     Ground,
     LabForm,
@@ -20,14 +19,45 @@ from catheter_sim.lab.engine import (
     rms,
     simulated,
 )
-from catheter_sim.lab.forms import CAUSES, FORMS, forms_for
-from catheter_sim.lab.specimen import Specimen
+from catheter_sim.lab.forms import CAUSES, FORMS, OUTSIDE
+from catheter_sim.lab.robots import BENCH_ROBOTS
+from catheter_sim.lab.simulated import Sized
+from catheter_sim.lab.specimen import KINDS, Specimen
 
-_INNER = 1.2  # sizes are aimed at so far inside of `SMALLEST` to `LARGEST`
 SEPARATE = 1.0  # times the noise: what one of a pair leaves at least when the other's forms have taken theirs
 _NO_SCALE = Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 
-Sized = tuple[Planted, Array]  # with its change of the outputs over the noise
+PURPOSES = ("tune", "judge")
+
+
+def named_robots(text: str | None, where: str) -> tuple[str, ...]:
+    """Return the robots of the bench that an argument names, comma-separated; all where there is none.
+
+    Raises:
+        InputError: no such robot; the line names `where` it stands.
+    """
+    names = tuple(text.split(",")) if text else tuple(BENCH_ROBOTS)
+    for name in names:
+        if name not in BENCH_ROBOTS:
+            raise unknown("robot", name, BENCH_ROBOTS, where)
+    return names
+
+
+def forms_for(purpose: str, cause: str | None = None) -> tuple[LabForm, ...]:
+    """Return the forms that may be drawn for a purpose: known ones, and the foreign ones that are its own."""
+    found = FORMS if cause is None else tuple(form for form in FORMS if form.cause == cause)
+    return tuple(form for form in found if form.purpose in ("both", purpose))
+
+
+def outside_for(purpose: str) -> tuple[LabForm, ...]:
+    """Return the causes outside the list that may be drawn for a purpose."""
+    return tuple(form for form in OUTSIDE if form.purpose == purpose)
+
+
+def drawn_kind(generator: np.random.Generator) -> str:
+    """Return a kind of noise."""
+    share = np.array(list(KINDS.values()), dtype=float)
+    return str(generator.choice(list(KINDS), p=share / share.sum()))
 
 
 def clean_outputs(ground: Ground, planted: Sequence[Planted]) -> list[Array]:
@@ -85,15 +115,6 @@ def overlap(form: LabForm, cause: str) -> bool:
 def in_order(chosen: Sequence[Sized]) -> list[Sized]:
     """Return what was chosen in the order in which it acts."""
     return sorted(chosen, key=lambda item: _place(item[0].form))
-
-
-def sized(ground: Ground, form: LabForm, generator: np.random.Generator) -> Sized | None:
-    """Return a form of a drawn size, and its change; None where no size leaves as much as is asked."""
-    numbers = form.draw(ground.specimen, ground.scale, generator)
-    low, high = np.log(SMALLEST * _INNER), np.log(LARGEST / _INNER)
-    target = float(np.exp(generator.uniform(low, high)))
-    sign = float(generator.choice([-1.0, 1.0])) if form.signed else 1.0
-    return ground.sized(form, numbers, target, sign)
 
 
 def separate(ground: Ground, first: Sized, second: Sized) -> bool:
