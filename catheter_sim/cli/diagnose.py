@@ -174,7 +174,7 @@ def _lines(diagnosis: DiagnosisResult, noun: str = "cause") -> Iterator[str]:
     from catheter_sim.diagnosis.document import tip_mm
     from catheter_sim.diagnosis.report import sentence
     from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, NEAR_NOISE
-    from catheter_sim.diagnosis.words import asks_of, figure_words, heldout_error, rounded
+    from catheter_sim.diagnosis.words import asks_of, figure_words, floor_words, heldout_error, rounded
 
     yield sentence(diagnosis)
     yield f"verdict: {diagnosis.verdict}"
@@ -213,6 +213,8 @@ def _lines(diagnosis: DiagnosisResult, noun: str = "cause") -> Iterator[str]:
         if item.times_noise <= NEAR_NOISE:
             on = ", as little as a right model leaves"
         yield f"left, held out [{unit}]: {item.times_noise:.2g} times the row-to-row noise{on}"
+    if said := floor_words(heldout_error(diagnosis)):
+        yield f"what could be learned: {said}"
     for group in diagnosis.indistinguishable:
         yield f"these data cannot tell apart: {', '.join(group)}"
     for name, value in diagnosis.extra.items():

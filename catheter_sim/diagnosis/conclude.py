@@ -12,6 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.choose import Choice, Settled, with_plausible_causes
 from catheter_sim.diagnosis.comparison import heldout_choice_note, only_mends, rivals_of
 from catheter_sim.diagnosis.fit import Fit, as_measured, robot_with
+from catheter_sim.diagnosis.floor import floor_of
 from catheter_sim.diagnosis.frame import document, registration_notes
 from catheter_sim.diagnosis.hypotheses import Scored, ranking, scored
 from catheter_sim.diagnosis.intervals import cause_intervals, model_margin, shift_by_model
@@ -42,6 +43,7 @@ from catheter_sim.diagnosis.result import (
     Cause,
     DiagnosisResult,
     FittedParameter,
+    Floor,
     NextExperiment,
     Remainder,
     StructureTest,
@@ -561,6 +563,9 @@ def assemble(
         lambda: remainders(posed.dataset, conclusion.fits, conclusion.by_unit),
         dict,
     )
+    floor = attempt(
+        "How much the inputs tell", lambda: floor_of(posed.dataset.trials, conclusion.fits), Floor
+    )
     return DiagnosisResult(
         dataset=posed.dataset,
         verdict=verdict.name,
@@ -586,4 +591,5 @@ def assemble(
         residual=left,
         repeatability=repeat_noise(posed.dataset.trials, posed.train.columns),
         resolution=resolution_by_unit(posed.train.resolution),
+        floor=floor,
     )

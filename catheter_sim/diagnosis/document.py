@@ -112,6 +112,7 @@ def to_json(diagnosis: DiagnosisResult) -> dict[str, Any]:
         "resolution": dict(diagnosis.resolution),
         "heldout": _heldout(head),
         "tip_mm": tip_mm(diagnosis),
+        "floor": dict(diagnosis.floor.rmse),
         "causes": cause_entries(diagnosis.causes),
         "corrections": cause_entries(diagnosis.corrections),
         "absorbs": cause_entries(diagnosis.absorbs),
@@ -163,7 +164,8 @@ def tip_mm(diagnosis: DiagnosisResult) -> dict[str, Any] | None:
     if before is None or after is None:
         return None
     aligned = None if aligned_after is None else {"before": aligned_before, "after": aligned_after}
-    return {"before": before, "after": after, "of": "held-out", "aligned": aligned}
+    floor = diagnosis.floor.tip_mm
+    return {"before": before, "after": after, "of": "held-out", "aligned": aligned, "floor": floor}
 
 
 def finite_document(value: Any, key: str) -> tuple[Any, dict[str, str]]:

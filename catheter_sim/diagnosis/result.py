@@ -202,6 +202,25 @@ class TrialFit:
 
 
 @dataclass(frozen=True)
+class Floor:
+    """What a flexible model of the inputs and their history leaves on held-out data.
+
+    Attributes:
+        rmse: by unit, each output by itself, on top of the reported model.
+        chance: by unit, probability of as much gain over the reported model where there is none.
+        tip_mm: the tip's distance in space, root mean square [mm]; None where it was not measured.
+    """
+
+    rmse: Mapping[str, float] = field(default_factory=dict)
+    chance: Mapping[str, float] = field(default_factory=dict)
+    tip_mm: float | None = None
+
+    def gains(self, unit: str) -> bool:
+        """Return whether the model learned something that holds on held-out data."""
+        return self.chance.get(unit, 1.0) <= SIGNIFICANT_P
+
+
+@dataclass(frozen=True)
 class StructureTest:
     """What one test says of the residuals.
 
@@ -268,6 +287,7 @@ class DiagnosisResult:
             sqrt(2); empty where nothing was repeated.
         resolution: step of the readings, by unit that shows one.
         unproved: what fits, where too little was measured and a search was asked for all the same.
+        floor: what a flexible model of the inputs leaves.
     """
 
     dataset: Dataset
@@ -295,6 +315,7 @@ class DiagnosisResult:
     repeatability: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] = field(default_factory=dict)
     unproved: Unproved | None = None
+    floor: Floor = Floor()
     provenance: Provenance = Provenance()
 
     @property

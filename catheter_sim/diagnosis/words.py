@@ -28,7 +28,7 @@ from catheter_sim.diagnosis.result import (
     TrialFit,
     UnitResult,
 )
-from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY
+from catheter_sim.diagnosis.thresholds import LEAST_SHOWN_PROBABILITY, NEAR_NOISE
 from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.effects import EFFECTS
 from catheter_sim.units import SI_TO_FILE
@@ -452,6 +452,8 @@ class HeldOutError:
         simulated: of MuJoCo as reported; NaN: it was not run.
         noise: row-to-row noise of the same.
         repeatability: of the same; NaN: nothing was repeated.
+        floor: what a flexible model of the inputs leaves of the same; NaN where that was not asked.
+        learnable: whether that is less by more than chance.
     """
 
     what: str
@@ -461,6 +463,8 @@ class HeldOutError:
     simulated: float
     noise: float
     repeatability: float
+    floor: float
+    learnable: bool
 
     def said(self, value: float) -> str:
         """Return one of its numbers with its unit, rounded as before and after are."""
@@ -501,20 +505,21 @@ def heldout_error(diagnosis: DiagnosisResult) -> HeldOutError:
         if helped or result.gain_percent_ci95[0] > 0.0:
             simulated = diagnosis.extra.get("heldout_simulation_tip_distance_rmse_after_mm", math.nan)
             errors = (tip["before"], tip["after"], simulated)
-            return _error(diagnosis, result, "tip error", errors, math.sqrt(3.0))
+            floor = math.nan if diagnosis.floor.tip_mm is None else diagnosis.floor.tip_mm
+            return _error(diagnosis, result, "tip error", (*errors, floor), math.sqrt(3.0))
     errors = (shown.rmse_before, shown.rmse_after, simulated_error(diagnosis, shown.unit))
-    return _error(diagnosis, shown, "error", errors, 1.0)
+    return _error(diagnosis, shown, "error", (*errors, diagnosis.floor.rmse.get(shown.unit, math.nan)), 1.0)
 
 
 def _error(
     diagnosis: DiagnosisResult,
     result: UnitResult,
     what: str,
-    errors: tuple[float, float, float],
+    errors: tuple[float, float, float, float],
     scale: float,
 ) -> HeldOutError:
     """`scale`: from an output's root mean square to that of `what`; of three alike outputs the root of 3."""
-    before, after, simulated = errors
+    before, after, simulated, floor = errors
     return HeldOutError(
         what,
         shown_unit(result.unit),
@@ -523,6 +528,8 @@ def _error(
         simulated,
         scale * result.noise_floor,
         scale * diagnosis.repeatability.get(result.unit, math.nan),
+        floor,
+        diagnosis.floor.gains(result.unit),
     )
 
 
@@ -576,6 +583,8 @@ def headline_numbers(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     numbers.append(("", error.said_noise, "row-to-row noise"))
     if not math.isnan(error.repeatability):
         numbers.append(("", error.said(error.repeatability), "repeatability: two runs of the same commands"))
+    if floor_words(error):
+        numbers.append(("", error.said(error.floor), f"left by {FLEXIBLE}"))
     if corrected:
         gain = diagnosis.shown
         half = half_width(gain.gain_percent_ci95)
@@ -602,6 +611,24 @@ ASKS: Mapping[str, str] = {
     DATA_SUSPECT: "Correct the data where the report says, or measure again. Then diagnose again.",
 }
 _MOST_CHECKS = 4
+
+
+FLEXIBLE = "a flexible model of the inputs and their history, trained on the same trials"
+
+
+def floor_words(error: HeldOutError) -> str:
+    """Return how much of what is left the inputs tell; "" where little is left or that was not asked."""
+    if math.isnan(error.floor) or error.after <= NEAR_NOISE * error.noise:
+        return ""
+    if error.learnable:
+        return (
+            f"On top of it, {FLEXIBLE}, leaves {error.said(error.floor)}. What lies between follows from the "
+            "inputs; the rest does not, or takes more data to learn."
+        )
+    return (
+        f"On top of it, {FLEXIBLE}, gains nothing: what is left does not follow from the inputs, or takes "
+        "more data to learn."
+    )
 
 
 def asks_of(diagnosis: DiagnosisResult) -> str:
@@ -643,10 +670,11 @@ def use_words(diagnosis: DiagnosisResult) -> str:
     if diagnosis.verdict == CAUSE_FOUND:
         return f"{right} This holds while the robot stays as it was measured."
     if diagnosis.verdict == IMPROVED:
-        return f"{right} Its corrections are fitted numbers, not measured properties of the robot."
+        fitted = "Its corrections are fitted numbers, not measured properties of the robot."
+        return f"{right} {fitted} {floor_words(error)}".strip()
     if diagnosis.verdict == UNEXPLAINED:
         return (
             f"{right} Expect as much from it. What is missing may be a cause outside the list, or a wrong "
-            "number in the robot's file."
-        )
+            f"number in the robot's file. {floor_words(error)}"
+        ).strip()
     return right
