@@ -366,10 +366,7 @@ def resist_of(
 ) -> None:
     """`resist` of many robots: qpos (m, nq), stretch (m, n), torque (m, nv); `copies` picks some of them."""
     for i in copies:
-        resist(
-            *(qpos[i], qpos_index, notch, fibre, metal, stretch[i]),
-            *(dof, torque[i], scratch),
-        )
+        resist(qpos[i], qpos_index, notch, fibre, metal, stretch[i], dof, torque[i], scratch)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -409,11 +406,13 @@ class Notches(Law):
         self._body: Index = np.array([place.body(f"link_{notch.index}").id for notch in row], dtype=np.int64)
         self._qpos = model.jnt_qposadr[self._hinge].astype(np.int64)
         self._dofs = model.jnt_dofadr[self._hinge].astype(np.int64)
-        self._notch = notch_table(robot)
-        self._fibre = np.array([fibres(notch.segment, RADIAL, AROUND) for notch in row])
         metal = robot.material
         modulus = metal.modulus_Pa * robot.stiffness_scale
-        self._metal = np.array([modulus, *knees(metal), 1.0 - metal.plateau_slope])
+        self._numbers = (
+            notch_table(robot),
+            np.array([fibres(notch.segment, RADIAL, AROUND) for notch in row]),
+            np.array([modulus, *knees(metal), 1.0 - metal.plateau_slope]),
+        )
         self._stretch, self._balance = np.zeros(len(row)), np.zeros((len(row), 3))
         self._scratch = np.zeros(SCRATCH)
 
@@ -423,7 +422,7 @@ class Notches(Law):
         Positions, degrees of freedom, hinges, links; notches, fibres, metal.
         """
         places = self._qpos, self._dofs, self._hinge, self._body
-        return *places, self._notch, self._fibre, self._metal
+        return *places, *self._numbers
 
     def reset(self) -> None:
         """Give the strips their own lengths back."""
@@ -436,49 +435,19 @@ class Notches(Law):
             tension = spans[::2].copy()
         else:  # nothing rubs: one tension all along
             tension = np.full(len(self._stretch), spans[0])
-        stretch_on(
-            step.data.qpos,
-            self._qpos,
-            self._notch,
-            self._fibre,
-            self._metal,
-            tension,
-            float(step.pulls.drive_stiffness()[0]),
-            self._stretch,
-            self._balance,
-            self._scratch,
-        )
+        drive, own = float(step.pulls.drive_stiffness()[0]), (self._stretch, self._balance, self._scratch)
+        stretch_on(step.data.qpos, self._qpos, *self._numbers, tension, drive, *own)
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where the arcs have them."""
-        model = self._model
-        place(
-            data.qpos,
-            self._qpos,
-            self._notch,
-            self._stretch,
-            self._hinge,
-            self._body,
-            model.jnt_pos,
-            model.jnt_axis,
-            model.body_pos,
-            model.body_quat,
-            self._scratch,
-        )
+        model, at = self._model, (self._hinge, self._body)
+        moved = model.jnt_pos, model.jnt_axis, model.body_pos, model.body_quat
+        place(data.qpos, self._qpos, self._numbers[0], self._stretch, *at, *moved, self._scratch)
 
     def between(self, step: Step) -> None:
         """Add what the metal's law has beyond the model's springs."""
-        resist(
-            step.data.qpos,
-            self._qpos,
-            self._notch,
-            self._fibre,
-            self._metal,
-            self._stretch,
-            self._dofs,
-            step.data.qfrc_applied,
-            self._scratch,
-        )
+        data, bent = step.data, (self._stretch, self._dofs)
+        resist(data.qpos, self._qpos, *self._numbers, *bent, data.qfrc_applied, self._scratch)
 
 
 class NotchCopies(CopiesLaw):
@@ -501,44 +470,18 @@ class NotchCopies(CopiesLaw):
 
     def before(self, copies: Index, tension: Array) -> None:
         """Stretch the strips as the tendon presses them together."""
-        stretch_on_of(
-            copies,
-            self._arrays.qpos,
-            self._qpos,
-            *self._numbers,
-            tension,
-            self._drive,
-            self._stretch,
-            self._balance,
-            self._scratch,
-        )
+        qpos, own = self._arrays.qpos, (self._stretch, self._balance, self._scratch)
+        stretch_on_of(copies, qpos, self._qpos, *self._numbers, tension, self._drive, *own)
 
     def place(self, copies: Index) -> None:
         """Put hinges and links where the arcs have them."""
-        place_of(
-            copies,
-            self._arrays.qpos,
-            self._qpos,
-            self._numbers[0],
-            self._stretch,
-            self._hinge,
-            self._body,
-            *self.moved.values(),
-            self._scratch,
-        )
+        qpos, at = self._arrays.qpos, (self._hinge, self._body, *self.moved.values())
+        place_of(copies, qpos, self._qpos, self._numbers[0], self._stretch, *at, self._scratch)
 
     def between(self, copies: Index) -> None:
         """Add what the metal's law has beyond the model's springs."""
-        resist_of(
-            copies,
-            self._arrays.qpos,
-            self._qpos,
-            *self._numbers,
-            self._stretch,
-            self._dofs,
-            self._arrays.applied,
-            self._scratch,
-        )
+        arrays, bent = self._arrays, (self._stretch, self._dofs)
+        resist_of(copies, arrays.qpos, self._qpos, *self._numbers, *bent, arrays.applied, self._scratch)
 
 
 class EdgeTurns:

@@ -21,12 +21,25 @@ from catheter_sim.core.law import (
     TendonPaths,
 )
 from catheter_sim.mechanics.compiled import compiled_in_place
+from catheter_sim.robots.rolling import kernels
 from catheter_sim.robots.rolling.description import (
     RollingChain,
     last_joint,
     rods,
     rolling_chain,
     rolling_joints,
+)
+from catheter_sim.robots.rolling.kernels import (
+    CUBIC,
+    HIGH,
+    LENGTH,
+    LINE,
+    LOW,
+    QUINTIC,
+    RADIUS_NEGATIVE,
+    RADIUS_POSITIVE,
+    REST,
+    SLEEVE,
 )
 from catheter_sim.robots.rolling.spec import RollingRobot
 
@@ -37,12 +50,9 @@ from catheter_sim.robots.rolling.spec import RollingRobot
 # to, but without derivatives; `catheter_sim.robots.rolling.laws` says what the loops are for.
 # Index k counts joints and links from 0 at the base, j rods, the pulled ones first.
 #
-# Arrays. `joint`, shape (n, 10), and `rod`, shape (n, m, 6): see `pack` and the columns' names
-# below.
+# Arrays. `joint`, shape (n, 12), as in `kernels.PackedChain`, and `rod`, shape (n, m, 6): see `pack` and the
+# columns' names below.
 
-# Columns of `joint`: as in `RollingChain`.
-RADIUS_POSITIVE, RADIUS_NEGATIVE, LINE, LENGTH = range(4)
-REST, SLEEVE, CUBIC, QUINTIC, LOW, HIGH = range(4, 10)
 # Columns of `rod`: STIFFNESS is 0 where the rod does not pass, CLEARANCE has the sign of its side.
 STIFFNESS, REST_CURVATURE, OFFSET, MOUTH, SINK, CLEARANCE = range(6)
 SMALL = 0.1  # of t in atan(t): the first term that its series leaves out, t^15 / 15, is below 7e-17
@@ -125,15 +135,8 @@ def turns(
         turn: out.
         bent: workspace, shape (7, n).
     """
-    sine, cosine, rolled, across, along, cross, dot = (
-        bent[0],
-        bent[1],
-        bent[2],
-        bent[3],
-        bent[4],
-        bent[5],
-        bent[6],
-    )
+    sine, cosine, rolled = bent[0], bent[1], bent[2]
+    across, along, cross, dot = bent[3], bent[4], bent[5], bent[6]
     for k in range(joint.shape[0] - 1):
         theta = qpos[qpos_index[k]]
         radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
@@ -260,22 +263,7 @@ def turns_of(
 
 
 def pack(chain: RollingChain) -> tuple[Array, Array]:
-    """Return `chain` in the loops' arrays: `joint`, shape (n, 10), and `rod`, shape (n, m, 6)."""
-    joint = np.stack(
-        [
-            chain.radius_positive,
-            chain.radius_negative,
-            chain.line,
-            chain.link_length,
-            chain.rest_angle,
-            chain.sleeve_stiffness,
-            chain.cubic,
-            chain.quintic,
-            chain.low,
-            chain.high,
-        ],
-        axis=1,
-    )
+    """Return `chain` in the loops' arrays: `joint`, shape (n, 12), and `rod`, shape (n, m, 6)."""
     rod = np.stack(
         [
             np.where(chain.passes, chain.stiffness[:, None], 0.0),
@@ -287,7 +275,7 @@ def pack(chain: RollingChain) -> tuple[Array, Array]:
         ],
         axis=2,
     )
-    return joint, np.ascontiguousarray(rod.transpose(1, 0, 2))
+    return kernels.pack(chain).joint, np.ascontiguousarray(rod.transpose(1, 0, 2))
 
 
 def pack_holes(chain: RollingChain) -> Array:
@@ -536,42 +524,38 @@ class Rolling(Law):
         self._model = model = place.model
         chain = rolling_chain(robot)
         joints = rolling_joints(robot)
-        self._constants, _ = pack(chain)
-        self._axis = chain.axis.astype(np.int64)
-        self._joint = joint_ids(robot, place)
-        self._body = np.array([place.body(f"link_{joint.index}").id for joint in joints], dtype=np.int64)
-        self._qpos = model.jnt_qposadr[self._joint].astype(np.int64)
-        self._ends = chain.last.astype(np.int64)
-        self._free_length = chain.link_length
+        ids, body = joint_ids(robot, place), [place.body(f"link_{joint.index}").id for joint in joints]
         self._length = chain.link_length.copy()
-        self._compliance = 1.0 / chain.link_stiffness
-        self.compressible = bool((self._compliance > 0.0).any())
+        compliance = 1.0 / chain.link_stiffness
+        self.compressible = bool((compliance > 0.0).any())
         tops = [(joint.index, f"face_{joint.index}") for joint in joints] + [(joints[-1].index, "tip")]
         tops += [
             (k, f"hole_{rod.name}_{k}") for rod in rods(robot) for k in range(1, last_joint(robot, rod) + 1)
         ]
-        self._top_link = np.array([k - 1 for k, _ in tops], dtype=np.int64)
-        self._top_site = np.array([place.site(name).id for _, name in tops], dtype=np.int64)
-        self._top_depth = self._length[self._top_link] - model.site_pos[self._top_site, 2]
+        top_link = np.array([k - 1 for k, _ in tops], dtype=np.int64)
+        top_site = np.array([place.site(name).id for _, name in tops], dtype=np.int64)
+        self._arrays = arrays = RollingArrays(
+            axis=chain.axis.astype(np.int64),
+            joint_index=ids,
+            body_index=np.array(body, dtype=np.int64),
+            qpos_index=model.jnt_qposadr[ids].astype(np.int64),
+            ends=chain.last.astype(np.int64),
+            length=chain.link_length,
+            compliance=compliance,
+            top_link=top_link,
+            top_site=top_site,
+            top_depth=self._length[top_link] - model.site_pos[top_site, 2],
+        )
+        self._hinges = arrays.qpos_index, pack(chain)[0], arrays.axis
+        self._places = arrays.joint_index, arrays.body_index
 
     def layout(self) -> RollingArrays:
         """Return what it works on as plain arrays."""
-        return RollingArrays(
-            axis=self._axis,
-            joint_index=self._joint,
-            body_index=self._body,
-            qpos_index=self._qpos,
-            ends=self._ends,
-            length=self._free_length,
-            compliance=self._compliance,
-            top_link=self._top_link,
-            top_site=self._top_site,
-            top_depth=self._top_depth,
-        )
+        return self._arrays
 
     def reset(self) -> None:
         """Give the links their own lengths back."""
-        self._length[:] = self._free_length
+        self._length[:] = self._arrays.length
         self._place_tops()
 
     def before(self, step: Step) -> None:
@@ -581,17 +565,8 @@ class Rolling(Law):
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where pure rolling has them at the present angles."""
-        place(
-            data.qpos,
-            self._qpos,
-            self._constants,
-            self._axis,
-            self._length,
-            self._joint,
-            self._body,
-            self._model.jnt_pos,
-            self._model.body_pos,
-        )
+        model = self._model
+        place(data.qpos, *self._hinges, self._length, *self._places, model.jnt_pos, model.body_pos)
 
     def place_copies(self, copies: Index, qpos: Array, jnt_pos: Array, body_pos: Array) -> None:
         """`place` in some of m copies of the model, without compression.
@@ -601,18 +576,7 @@ class Rolling(Law):
             qpos: all positions, shape (m, nq).
             jnt_pos, body_pos: out: their fields of the model, shapes (m, njnt, 3) and (m, nbody, 3) [m].
         """
-        place_copies(
-            copies,
-            qpos,
-            self._qpos,
-            self._constants,
-            self._axis,
-            self._free_length,
-            self._joint,
-            self._body,
-            jnt_pos,
-            body_pos,
-        )
+        place_copies(copies, qpos, *self._hinges, self._arrays.length, *self._places, jnt_pos, body_pos)
 
     def compress(
         self, data: mujoco.MjData, span_tension: Array, force_tip: Array, force_on_link: Array
@@ -628,24 +592,15 @@ class Rolling(Law):
             force_tip: on the tip, world frame, shape (3,) [N].
             force_on_link: other forces on each link, world frame, shape (n, 3) [N].
         """
-        compress(
-            span_tension,
-            self._ends,
-            force_tip,
-            force_on_link,
-            self._model.opt.gravity,
-            self._model.body_mass,
-            data.xmat,
-            self._body,
-            self._free_length,
-            self._compliance,
-            self._length,
-        )
+        arrays, weight = self._arrays, (self._model.opt.gravity, self._model.body_mass)
+        links = data.xmat, arrays.body_index, arrays.length, arrays.compliance, self._length
+        compress(span_tension, arrays.ends, force_tip, force_on_link, *weight, *links)
         self._place_tops()
 
     def _place_tops(self) -> None:
         """Put the sites near the links' tops at their depths below them."""
-        place_tops(self._length, self._top_link, self._top_depth, self._top_site, self._model.site_pos)
+        arrays = self._arrays
+        place_tops(self._length, arrays.top_link, arrays.top_depth, arrays.top_site, self._model.site_pos)
 
 
 class RollingCopies(CopiesLaw):
