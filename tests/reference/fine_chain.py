@@ -20,12 +20,12 @@ from catheter_sim.robots.notched_tube.description import Notch, notches
 from catheter_sim.robots.notched_tube.section import (
     closed_stiffness,
     closing_angle,
-    energy_density,
     section,
     torsion_stiffness,
 )
 from catheter_sim.robots.notched_tube.spec import NotchedSegment, NotchedTubeRobot
 from catheter_sim.robots.notched_tube.statics import rest_vector
+from reference.printed_formulas import energy_density
 
 _THROUGH, _AROUND = 60, 60  # cells through the wall and around what is left of it
 _ANGLE = 0.1  # unit of the unknown angles [rad]

@@ -213,11 +213,8 @@ def _bend_angle(chain: PlanarChain, cell: int, moment: float) -> float:
 #   one maximum tension an opening fits two values of mu, or none. **Assumed here: full reversal**, a
 #   start so far bent that back at the loop's tension the whole tendon runs out; the opening then no
 #   longer hangs on where it started.
-# - **Distances in arching** between measurement, mapping and the constant-curvature assumption. They
-#   need no maximum tension: with the measured tip at the mean distance p from the assumption's and f
-#   from the mapping's, the two models lie |p - f| to p + f from each other (triangle inequality, which
-#   holds for the means of the trials too), and that distance is a function of mu alone. It is the mu
-#   that the authors put into their mapping.
+# - **Distances in arching** between measurement, mapping and the constant-curvature assumption, which need
+#   no maximum tension (`tests/reference/arching_distances.py`).
 #
 # What comes out. With full reversal the first opening gives mu = 0.143 (`fkm`, `fkm_stick`) or 0.128
 # (`fkm_exact_arm`), and the second comes out as 13.3 or 13.5 mm against the published 13.2. The distances
@@ -231,7 +228,6 @@ _Solve = Callable[[ContinuumRobot, Inputs, Array], StaticRun]
 FULL_REVERSAL_N = 1.5  # assumed start of extending; at mu up to 0.2 any above 1 N gives the same opening
 _MU_GRID = np.linspace(0.0, 1.0, 26)
 _TENSION_GRID_N = np.linspace(0.0, 0.6, 13)  # beyond the loop's own tension
-_ROUNDING_M = 0.05e-3  # the figures are printed to 0.1 mm
 _SAME_OPENING_M = 2e-5  # a root of a jump misses its value by more
 
 
@@ -247,24 +243,6 @@ class PublishedLoop:
 
     opening_m: float
     arching: tuple[tuple[float, float], ...]
-    source: str
-
-
-@dataclass(frozen=True)
-class ArchingDistance:
-    """Published mean distances of the measured tip in arching from two models' tips.
-
-    Attributes:
-        arching: (right, left) tensions up to where the tips are compared [N].
-        to_constant_curvature_m: measured to PCCA [m].
-        to_mapping_least_m, to_mapping_most_m: measured to the extended FKM, what is printed of it [m].
-        source: where it is printed.
-    """
-
-    arching: tuple[tuple[float, float], ...]
-    to_constant_curvature_m: float
-    to_mapping_least_m: float
-    to_mapping_most_m: float
     source: str
 
 
@@ -294,29 +272,6 @@ def _antagonistic(*tensions: float) -> tuple[tuple[float, float], ...]:
 SINGLE_LOOP = PublishedLoop(9.8e-3, _single(0.0, 0.1, 0.2, 0.3, 0.4), "Kato 2016, Results: 9.8 mm at 0.4 N")
 ANTAGONISTIC_LOOP = PublishedLoop(
     13.2e-3, _antagonistic(0.12, 0.24, 0.36, 0.48), "Kato 2016, Results: 13.2 mm at (0.12, 0.48) N"
-)
-
-ARCHING_DISTANCES = (
-    ArchingDistance(
-        _single(0.0, 0.1, 0.2), 5.1e-3, 0.0, 2.9e-3, "Kato 2016, Results: 5.1 mm; FKM at most 2.9"
-    ),
-    ArchingDistance(
-        _single(0.0, 0.1, 0.2, 0.3, 0.4), 5.9e-3, 0.0, 2.9e-3, "Kato 2016, Results: 5.9 mm; FKM at most 2.9"
-    ),
-    ArchingDistance(
-        _antagonistic(0.12, 0.24, 0.36, 0.48),
-        10.1e-3,
-        10.1e-3 * (1.0 - 0.81),
-        10.1e-3 * (1.0 - 0.81),
-        "Kato 2016, Results: 10.1 mm, improved by 81 %",
-    ),
-    ArchingDistance(
-        _antagonistic(0.12, 0.24, 0.36, 0.48, 0.65),
-        14.6e-3,
-        5.5e-3,
-        5.5e-3,
-        "Kato 2016, Results: 14.6 and 5.5 mm",
-    ),
 )
 
 
@@ -351,31 +306,6 @@ def highest_tension_from_opening(solve: _Solve, loop: PublishedLoop, mu: float) 
     """Return the tensions [N] from which extending must start to give the loop's published opening."""
     grid = loop.arching[-1][0] + _TENSION_GRID_N
     return _crossings(lambda tension: loop_opening(solve, loop, mu, tension), loop.opening_m, grid)
-
-
-def friction_from_arching(
-    solve: _Solve, distances: tuple[ArchingDistance, ...] = ARCHING_DISTANCES
-) -> tuple[float, float]:
-    """Return the interval of mu that the published distances in arching leave to a model.
-
-    The interval is empty (low > high) where they contradict the model.
-    """
-    low, high = 0.0, float("inf")
-    for item in distances:
-        p, f_least, f_most = item.to_constant_curvature_m, item.to_mapping_least_m, item.to_mapping_most_m
-        least = max(p - f_most - 2.0 * _ROUNDING_M, f_least - p - 2.0 * _ROUNDING_M, 0.0)
-        most = p + f_most + 2.0 * _ROUNDING_M
-
-        def apart(mu: float, rows: tuple[tuple[float, float], ...] = item.arching) -> float:
-            tips = _tips(solve, rows, mu)[-1], _tips(pcca, rows, 0.0)[-1]
-            return float(np.linalg.norm(tips[0] - tips[1]))
-
-        # The distance grows with mu once friction outweighs the models' other differences.
-        lower = _crossings(apart, least, _MU_GRID)
-        upper = _crossings(apart, most, _MU_GRID)
-        low = max(low, lower[-1]) if lower else low
-        high = min(high, upper[-1]) if upper else high
-    return low, high
 
 
 def _tips(solve: _Solve, rows: tuple[tuple[float, float], ...], mu: float) -> Array:

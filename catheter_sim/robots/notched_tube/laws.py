@@ -71,6 +71,7 @@ def bending_seen_from_tendon(robot: NotchedTubeRobot) -> float:
 HEIGHT, BELOW, CENTROID, REST_X, REST_Y, CUBIC, QUINTIC, STIFF_X, STIFF_Y, PITCH = range(10)
 COLUMNS = 10
 SCRATCH = (9, 4)
+ALONE: Index = np.zeros(1, dtype=np.int64)  # of copies, where there is one robot
 _SHARE = 0.5  # of the way to balance that a stretch goes in a step
 
 
@@ -132,6 +133,7 @@ def _helix(w: Array, length: float, p: Array, slope: Array, turn: Array, k: int)
 
 @compiled_in_place
 def place(
+    copies: Index,
     qpos: Array,
     qpos_index: Index,
     notch: Array,
@@ -144,15 +146,16 @@ def place(
     body_quat: Array,
     scratch: Array,
 ) -> None:
-    """Move hinges and links in the model to where the notches' arcs have them.
+    """Move hinges and links in the models of many robots to where the notches' arcs have them.
 
     A link hangs on its notch's hinges so that it stands at the end of the arc, turned by the rotation vector
     (-y, x, t) of the hinges' angles, and each hinge lies on the line about which the link turns now.
 
     Args:
-        qpos: MuJoCo's positions; `qpos_index` picks the hinges' angles, shape (n, a).
+        copies: which of m robots; all that changes has an axis of m before the others.
+        qpos: MuJoCo's positions, shape (m, nq); `qpos_index` picks the hinges' angles, shape (n, a).
         notch: see the columns.
-        stretch: of the strips, shape (n,).
+        stretch: of the strips, shape (m, n).
         hinge, body: numbers in MuJoCo, shapes (n, a) and (n,).
         jnt_pos, jnt_axis, body_pos, body_quat: out: MuJoCo's.
         scratch: shape `SCRATCH`.
@@ -160,49 +163,50 @@ def place(
     w, p, slope, at, q, turn = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
     far, axis, point = scratch[6], scratch[7], scratch[8]
     axes = hinge.shape[1]
-    for k in range(notch.shape[0]):
-        w[0] = w[2] = 0.0
-        w[1] = qpos[qpos_index[k, 0]]
-        if axes == 3:
-            w[0], w[2] = -qpos[qpos_index[k, 1]], qpos[qpos_index[k, 2]]
-        length, offset = notch[k, HEIGHT] * (1.0 + stretch[k]), notch[k, CENTROID]
-        size = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-        half = 0.5 if size < 1e-8 else math.sin(0.5 * size) / size
-        q[0] = math.cos(0.5 * size)
-        for i in range(3):
-            q[1 + i] = half * w[i]
-        _helix(w, length, p, slope, axis, 1)
-        at[0], at[1], at[2] = 1.0, 0.0, 0.0
-        _turned(q, 1.0, at, far)
-        for i in range(3):
-            at[i] = p[i] + offset * far[i]
-        at[0] -= offset
-        at[2] += notch[k, BELOW]
-        for back in range(axes):  # from the last hinge to the first: its line, and its turn taken back
-            j = axes - 1 - back
-            _helix(w, length, p, slope, axis, 1 if j == 0 else (0 if j == 1 else 2))
-            size = math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
-            if j == 1:
-                size = -size
+    for copy in copies:
+        for k in range(notch.shape[0]):
+            w[0] = w[2] = 0.0
+            w[1] = qpos[copy, qpos_index[k, 0]]
+            if axes == 3:
+                w[0], w[2] = -qpos[copy, qpos_index[k, 1]], qpos[copy, qpos_index[k, 2]]
+            length, offset = notch[k, HEIGHT] * (1.0 + stretch[copy, k]), notch[k, CENTROID]
+            size = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+            half = 0.5 if size < 1e-8 else math.sin(0.5 * size) / size
+            q[0] = math.cos(0.5 * size)
             for i in range(3):
-                axis[i] /= size
-                slope[i] /= size
-            point[0] = p[0] - offset - (slope[1] * axis[2] - slope[2] * axis[1])
-            point[1] = p[1] - (slope[2] * axis[0] - slope[0] * axis[2])
-            point[2] = p[2] + notch[k, BELOW] - (slope[0] * axis[1] - slope[1] * axis[0])
-            _about(axis, qpos[qpos_index[k, j]], turn)
-            _after_back(turn, q)
+                q[1 + i] = half * w[i]
+            _helix(w, length, p, slope, axis, 1)
+            at[0], at[1], at[2] = 1.0, 0.0, 0.0
+            _turned(q, 1.0, at, far)
             for i in range(3):
-                far[i] = point[i] - at[i]
-            _turned(turn, -1.0, far, slope)
+                at[i] = p[i] + offset * far[i]
+            at[0] -= offset
+            at[2] += notch[k, BELOW]
+            for back in range(axes):  # from the last hinge to the first: its line, and its turn taken back
+                j = axes - 1 - back
+                _helix(w, length, p, slope, axis, 1 if j == 0 else (0 if j == 1 else 2))
+                size = math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
+                if j == 1:
+                    size = -size
+                for i in range(3):
+                    axis[i] /= size
+                    slope[i] /= size
+                point[0] = p[0] - offset - (slope[1] * axis[2] - slope[2] * axis[1])
+                point[1] = p[1] - (slope[2] * axis[0] - slope[0] * axis[2])
+                point[2] = p[2] + notch[k, BELOW] - (slope[0] * axis[1] - slope[1] * axis[0])
+                _about(axis, qpos[copy, qpos_index[k, j]], turn)
+                _after_back(turn, q)
+                for i in range(3):
+                    far[i] = point[i] - at[i]
+                _turned(turn, -1.0, far, slope)
+                for i in range(3):
+                    at[i] = point[i] - slope[i]
+                _turned(q, -1.0, axis, jnt_axis[copy, hinge[k, j]])
+                _turned(q, -1.0, slope, jnt_pos[copy, hinge[k, j]])
             for i in range(3):
-                at[i] = point[i] - slope[i]
-            _turned(q, -1.0, axis, jnt_axis[hinge[k, j]])
-            _turned(q, -1.0, slope, jnt_pos[hinge[k, j]])
-        for i in range(3):
-            body_pos[body[k], i] = at[i]
-        for i in range(4):
-            body_quat[body[k], i] = q[i]
+                body_pos[copy, body[k], i] = at[i]
+            for i in range(4):
+                body_quat[copy, body[k], i] = q[i]
 
 
 @compiled_in_place
@@ -230,6 +234,7 @@ def _section(fibre: Array, metal: Array, stretch: float, kx: float, ky: float, o
 
 @compiled_in_place
 def stretch_on(
+    copies: Index,
     qpos: Array,
     qpos_index: Index,
     notch: Array,
@@ -246,35 +251,38 @@ def stretch_on(
     A driven tendon slackens by its drive's stiffness times what they give way by: that is foreseen here.
 
     Args:
-        qpos, qpos_index, notch: as in `place`.
+        copies, qpos, qpos_index, notch: as in `place`.
         fibre, metal: see the module's text.
-        tension: of the tendon in each notch, shape (n,) [N].
+        tension: of the tendon in each span, in each notch and after it, shape (m, 1, 2n) [N].
         drive: stiffness of the tendon's drive, 0 where its tension is given [N/m].
-        stretch: changed, shape (n,).
+        stretch: changed, shape (m, n).
         balance: scratch, shape (n, 3): what is left over [N], c, and its slope by the stretch [N].
         scratch: shape `SCRATCH`.
     """
-    found, ask, answer = scratch[0], 0.0, 0.0
-    for k in range(notch.shape[0]):
-        y, x = qpos[qpos_index[k, 0]], 0.0
-        if qpos_index.shape[1] == 3:
-            x = -qpos[qpos_index[k, 1]]
-        height = notch[k, HEIGHT]
-        kx, ky = (x + notch[k, REST_Y]) / height, (y - notch[k, REST_X]) / height
-        _section(fibre[k], metal, stretch[k], kx, ky, found)
-        half = 0.5 * math.sqrt(x * x + y * y)
-        chord = 1.0 if half < 1e-8 else math.sin(half) / half
-        lack = found[0] + tension[k] * chord
-        ask += height * chord * lack / found[3]
-        answer += height * chord * chord / found[3]
-        balance[k, 0], balance[k, 1], balance[k, 2] = lack, chord, found[3]
-    slackens = _SHARE * drive * ask / (1.0 + _SHARE * drive * answer)
-    for k in range(notch.shape[0]):
-        stretch[k] -= _SHARE * (balance[k, 0] - balance[k, 1] * slackens) / balance[k, 2]
+    found = scratch[0]
+    for copy in copies:
+        ask, answer = 0.0, 0.0
+        for k in range(notch.shape[0]):
+            y, x = qpos[copy, qpos_index[k, 0]], 0.0
+            if qpos_index.shape[1] == 3:
+                x = -qpos[copy, qpos_index[k, 1]]
+            height = notch[k, HEIGHT]
+            kx, ky = (x + notch[k, REST_Y]) / height, (y - notch[k, REST_X]) / height
+            _section(fibre[k], metal, stretch[copy, k], kx, ky, found)
+            half = 0.5 * math.sqrt(x * x + y * y)
+            chord = 1.0 if half < 1e-8 else math.sin(half) / half
+            lack = found[0] + tension[copy, 0, 2 * k] * chord
+            ask += height * chord * lack / found[3]
+            answer += height * chord * chord / found[3]
+            balance[k, 0], balance[k, 1], balance[k, 2] = lack, chord, found[3]
+        slackens = _SHARE * drive * ask / (1.0 + _SHARE * drive * answer)
+        for k in range(notch.shape[0]):
+            stretch[copy, k] -= _SHARE * (balance[k, 0] - balance[k, 1] * slackens) / balance[k, 2]
 
 
 @compiled_in_place
 def resist(
+    copies: Index,
     qpos: Array,
     qpos_index: Index,
     notch: Array,
@@ -285,91 +293,23 @@ def resist(
     torque: Array,
     scratch: Array,
 ) -> None:
-    """Take the notches' moments, but for what the model's springs hold of them, from `torque`, (nv,) [N m].
+    """Take the notches' moments, but for what the model's springs hold of them, from `torque`, (m, nv) [N m].
 
     Arguments are those of `stretch_on`; `dof`, shape (n, a), are the hinges' degrees of freedom.
     """
     found = scratch[0]
-    for k in range(notch.shape[0]):
-        spatial = qpos_index.shape[1] == 3
-        bent = qpos[qpos_index[k, 0]] - notch[k, REST_X]
-        aside = qpos[qpos_index[k, 1]] - notch[k, REST_Y] if spatial else 0.0
-        height = notch[k, HEIGHT]
-        _section(fibre[k], metal, stretch[k], -aside / height, bent / height, found)
-        square = (bent * bent + aside * aside) / notch[k, PITCH] ** 2
-        law = 1.0 + square * (notch[k, CUBIC] + square * notch[k, QUINTIC])
-        torque[dof[k, 0]] -= law * found[2] - notch[k, STIFF_X] * bent
-        if spatial:
-            torque[dof[k, 1]] += law * found[1] + notch[k, STIFF_Y] * aside
-
-
-@compiled_in_place
-def place_of(
-    copies: Index,
-    qpos: Array,
-    qpos_index: Index,
-    notch: Array,
-    stretch: Array,
-    hinge: Index,
-    body: Index,
-    jnt_pos: Array,
-    jnt_axis: Array,
-    body_pos: Array,
-    body_quat: Array,
-    scratch: Array,
-) -> None:
-    """`place` of many robots: an axis of m before those of all that changes; `copies` picks some of them."""
-    for i in copies:
-        place(
-            *(qpos[i], qpos_index, notch, stretch[i], hinge, body),
-            *(jnt_pos[i], jnt_axis[i], body_pos[i], body_quat[i], scratch),
-        )
-
-
-@compiled_in_place
-def stretch_on_of(
-    copies: Index,
-    qpos: Array,
-    qpos_index: Index,
-    notch: Array,
-    fibre: Array,
-    metal: Array,
-    tension: Array,
-    drive: float,
-    stretch: Array,
-    balance: Array,
-    scratch: Array,
-) -> None:
-    """`stretch_on` of many robots: qpos (m, nq), stretch (m, n); `copies` picks some of them.
-
-    `tension`, shape (m, 1, 2n), is that of the tendon in each span, in each notch and after it.
-    """
-    for i in copies:
-        stretch_on(
-            *(qpos[i], qpos_index, notch, fibre, metal, tension[i, 0, ::2], drive),
-            *(stretch[i], balance, scratch),
-        )
-
-
-@compiled_in_place
-def resist_of(
-    copies: Index,
-    qpos: Array,
-    qpos_index: Index,
-    notch: Array,
-    fibre: Array,
-    metal: Array,
-    stretch: Array,
-    dof: Index,
-    torque: Array,
-    scratch: Array,
-) -> None:
-    """`resist` of many robots: qpos (m, nq), stretch (m, n), torque (m, nv); `copies` picks some of them."""
-    for i in copies:
-        resist(
-            *(qpos[i], qpos_index, notch, fibre, metal, stretch[i]),
-            *(dof, torque[i], scratch),
-        )
+    for copy in copies:
+        for k in range(notch.shape[0]):
+            spatial = qpos_index.shape[1] == 3
+            bent = qpos[copy, qpos_index[k, 0]] - notch[k, REST_X]
+            aside = qpos[copy, qpos_index[k, 1]] - notch[k, REST_Y] if spatial else 0.0
+            height = notch[k, HEIGHT]
+            _section(fibre[k], metal, stretch[copy, k], -aside / height, bent / height, found)
+            square = (bent * bent + aside * aside) / notch[k, PITCH] ** 2
+            law = 1.0 + square * (notch[k, CUBIC] + square * notch[k, QUINTIC])
+            torque[copy, dof[k, 0]] -= law * found[2] - notch[k, STIFF_X] * bent
+            if spatial:
+                torque[copy, dof[k, 1]] += law * found[1] + notch[k, STIFF_Y] * aside
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -409,12 +349,14 @@ class Notches(Law):
         self._body: Index = np.array([place.body(f"link_{notch.index}").id for notch in row], dtype=np.int64)
         self._qpos = model.jnt_qposadr[self._hinge].astype(np.int64)
         self._dofs = model.jnt_dofadr[self._hinge].astype(np.int64)
-        self._notch = notch_table(robot)
-        self._fibre = np.array([fibres(notch.segment, RADIAL, AROUND) for notch in row])
         metal = robot.material
         modulus = metal.modulus_Pa * robot.stiffness_scale
-        self._metal = np.array([modulus, *knees(metal), 1.0 - metal.plateau_slope])
-        self._stretch, self._balance = np.zeros(len(row)), np.zeros((len(row), 3))
+        self._numbers = (
+            notch_table(robot),
+            np.array([fibres(notch.segment, RADIAL, AROUND) for notch in row]),
+            np.array([modulus, *knees(metal), 1.0 - metal.plateau_slope]),
+        )
+        self._stretch, self._balance = np.zeros((1, len(row))), np.zeros((len(row), 3))
         self._scratch = np.zeros(SCRATCH)
 
     def arrays(self) -> tuple[Index, Index, Index, Index, Array, Array, Array]:
@@ -423,7 +365,7 @@ class Notches(Law):
         Positions, degrees of freedom, hinges, links; notches, fibres, metal.
         """
         places = self._qpos, self._dofs, self._hinge, self._body
-        return *places, self._notch, self._fibre, self._metal
+        return *places, *self._numbers
 
     def reset(self) -> None:
         """Give the strips their own lengths back."""
@@ -431,54 +373,25 @@ class Notches(Law):
 
     def before(self, step: Step) -> None:
         """Stretch the strips as the tendon presses them together."""
-        spans = step.span_tension()[0]
-        if len(spans) == 2 * len(self._stretch):
-            tension = spans[::2].copy()
-        else:  # nothing rubs: one tension all along
-            tension = np.full(len(self._stretch), spans[0])
-        stretch_on(
-            step.data.qpos,
-            self._qpos,
-            self._notch,
-            self._fibre,
-            self._metal,
-            tension,
-            float(step.pulls.drive_stiffness()[0]),
-            self._stretch,
-            self._balance,
-            self._scratch,
-        )
+        spans = step.span_tension()[:1]
+        if spans.shape[1] != 2 * len(self._body):  # nothing rubs: one tension all along
+            spans = np.full((1, 2 * len(self._body)), spans[0, 0])
+        drive, own = float(step.pulls.drive_stiffness()[0]), (self._stretch, self._balance, self._scratch)
+        qpos = step.data.qpos[np.newaxis]
+        stretch_on(ALONE, qpos, self._qpos, *self._numbers, spans[np.newaxis], drive, *own)
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where the arcs have them."""
-        model = self._model
-        place(
-            data.qpos,
-            self._qpos,
-            self._notch,
-            self._stretch,
-            self._hinge,
-            self._body,
-            model.jnt_pos,
-            model.jnt_axis,
-            model.body_pos,
-            model.body_quat,
-            self._scratch,
-        )
+        model, qpos, at = self._model, data.qpos[np.newaxis], (self._hinge, self._body)
+        fields = model.jnt_pos, model.jnt_axis, model.body_pos, model.body_quat
+        moved = (field[np.newaxis] for field in fields)
+        place(ALONE, qpos, self._qpos, self._numbers[0], self._stretch, *at, *moved, self._scratch)
 
     def between(self, step: Step) -> None:
         """Add what the metal's law has beyond the model's springs."""
-        resist(
-            step.data.qpos,
-            self._qpos,
-            self._notch,
-            self._fibre,
-            self._metal,
-            self._stretch,
-            self._dofs,
-            step.data.qfrc_applied,
-            self._scratch,
-        )
+        qpos, torque = step.data.qpos[np.newaxis], step.data.qfrc_applied[np.newaxis]
+        bent = self._stretch, self._dofs
+        resist(ALONE, qpos, self._qpos, *self._numbers, *bent, torque, self._scratch)
 
 
 class NotchCopies(CopiesLaw):
@@ -501,44 +414,18 @@ class NotchCopies(CopiesLaw):
 
     def before(self, copies: Index, tension: Array) -> None:
         """Stretch the strips as the tendon presses them together."""
-        stretch_on_of(
-            copies,
-            self._arrays.qpos,
-            self._qpos,
-            *self._numbers,
-            tension,
-            self._drive,
-            self._stretch,
-            self._balance,
-            self._scratch,
-        )
+        qpos, own = self._arrays.qpos, (self._stretch, self._balance, self._scratch)
+        stretch_on(copies, qpos, self._qpos, *self._numbers, tension, self._drive, *own)
 
     def place(self, copies: Index) -> None:
         """Put hinges and links where the arcs have them."""
-        place_of(
-            copies,
-            self._arrays.qpos,
-            self._qpos,
-            self._numbers[0],
-            self._stretch,
-            self._hinge,
-            self._body,
-            *self.moved.values(),
-            self._scratch,
-        )
+        qpos, at = self._arrays.qpos, (self._hinge, self._body, *self.moved.values())
+        place(copies, qpos, self._qpos, self._numbers[0], self._stretch, *at, self._scratch)
 
     def between(self, copies: Index) -> None:
         """Add what the metal's law has beyond the model's springs."""
-        resist_of(
-            copies,
-            self._arrays.qpos,
-            self._qpos,
-            *self._numbers,
-            self._stretch,
-            self._dofs,
-            self._arrays.applied,
-            self._scratch,
-        )
+        arrays, bent = self._arrays, (self._stretch, self._dofs)
+        resist(copies, arrays.qpos, self._qpos, *self._numbers, *bent, arrays.applied, self._scratch)
 
 
 class EdgeTurns:

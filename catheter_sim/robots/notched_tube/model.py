@@ -107,24 +107,15 @@ def _places(
     axes = 3 if robot.bending_axes == "xy" else 1
     count = len(row)
     hinge = np.arange(count * axes).reshape(count, axes)
-    angles = np.array([rest_angles(notch)[:axes] for notch in row]).ravel()
-    jnt_pos, jnt_axis = np.zeros((count * axes, 3)), np.zeros((count * axes, 3))
-    body_pos, body_quat = np.zeros((count, 3)), np.zeros((count, 4))
-    laws.place(
-        angles,
-        hinge,
-        notch_table(robot),
-        np.zeros(count),
-        hinge,
-        np.arange(count),
-        jnt_pos,
-        jnt_axis,
-        body_pos,
-        body_quat,
-        np.zeros(laws.SCRATCH),
-    )
+    angles = np.array([rest_angles(notch)[:axes] for notch in row]).reshape(1, -1)
+    jnt_pos, jnt_axis = np.zeros((2, 1, count * axes, 3))
+    body_pos, body_quat = np.zeros((1, count, 3)), np.zeros((1, count, 4))
+    at, moved = (hinge, np.arange(count)), (jnt_pos, jnt_axis, body_pos, body_quat)
+    stretch, scratch = np.zeros((1, count)), np.zeros(laws.SCRATCH)
+    laws.place(laws.ALONE, angles, hinge, notch_table(robot), stretch, *at, *moved, scratch)
     shape = (count, axes, 3)
-    return jnt_pos.reshape(shape) + 0.0, jnt_axis.reshape(shape) + 0.0, body_pos + 0.0, body_quat + 0.0
+    found = jnt_pos.reshape(shape), jnt_axis.reshape(shape), body_pos[0], body_quat[0]
+    return found[0] + 0.0, found[1] + 0.0, found[2] + 0.0, found[3] + 0.0
 
 
 def _add_joint(

@@ -37,12 +37,6 @@ def stress(metal: Superelastic, strain: Array) -> Array:
     return metal.modulus_Pa * (strain - (1.0 - metal.plateau_slope) * beyond_knees(metal, strain))
 
 
-def energy_density(metal: Superelastic, strain: Array) -> Array:
-    """Return the energy stored per volume at a strain [J/m^3]: the integral of `stress`."""
-    beyond = beyond_knees(metal, strain)
-    return 0.5 * metal.modulus_Pa * (strain**2 - (1.0 - metal.plateau_slope) * beyond**2)
-
-
 # ----------------------------------------------------------------------------------------------------
 # The cross-section that a notch leaves of the tube's wall: exact integrals, and points to integrate with.
 #
@@ -189,11 +183,3 @@ def closed_stiffness(segment: NotchedSegment, modulus_Pa: float) -> float:
     """Return what resists further bending of a closed notch [N m/rad]: as stiff as uncut tube (assumed)."""
     ring = math.pi / 4.0 * (segment.outer_radius_m**4 - segment.inner_radius_m**4)
     return modulus_Pa * ring / segment.notch_height_m
-
-
-def largest_strain(segment: NotchedSegment, bend_rad: float) -> float:
-    """Return the outer wall's strain of a notch bent by so much about its centroid.
-
-    York 2015: kappa (y - ybar) / (1 + ybar kappa), y = r_o; the same as (r_o - ybar) theta / h.
-    """
-    return (segment.outer_radius_m - section(segment).centroid_m) * bend_rad / segment.notch_height_m

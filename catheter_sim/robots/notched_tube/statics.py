@@ -328,52 +328,14 @@ def _steps(
 # `section`.
 
 
-def curvature_of_bend(bend_rad: Array, height_m: float, centroid_m: float) -> Array:
-    """Return the axis' curvature of a notch bent by so much [1/m].
-
-    The neutral plane, ybar outside the axis, keeps its length h: theta (1 / kappa + ybar) = h, so that
-    theta = kappa h / (1 + ybar kappa), as printed.
-    """
-    return bend_rad / (height_m - centroid_m * bend_rad)
-
-
-def arc_length(curvature_per_m: Array, height_m: float, centroid_m: float) -> Array:
-    """Return the axis' length in a bent notch, s = h / (1 + ybar kappa) [m]."""
-    return height_m / (1.0 + centroid_m * curvature_per_m)
-
-
-def tendon_displacement(
-    curvature_per_m: Array, height_m: float, centroid_m: float, tendon_radius_m: float
-) -> Array:
-    """Return by how much a bent notch shortens the tendon's path [m].
-
-    As printed: h - 2 (1 / kappa - r_i) sin(kappa h / (2 (1 + ybar kappa))), the tendon straight from edge to
-    edge. At kappa = 0 that is 0/0; with theta it is h (1 - sinc) + 2 (ybar + r_i) sin(theta / 2), the same,
-    since 1 / kappa = h / theta - ybar. The printed r_i puts the tendon's own line on the inner wall.
-    """
-    bend = curvature_per_m * arc_length(curvature_per_m, height_m, centroid_m)
-    chord = height_m * np.sinc(0.5 * bend / np.pi)
-    return height_m - chord + 2.0 * (centroid_m + tendon_radius_m) * np.sin(0.5 * bend)
-
-
-def curvature_of_displacement(
-    displacement_m: Array, height_m: float, centroid_m: float, tendon_radius_m: float
-) -> Array:
-    """Return the curvature of a notch whose tendon is pulled by so much [1/m], printed as an approximation.
-
-    kappa = dl / (h (r_i + ybar) - dl ybar): exact for a tendon that follows the arc, dl = (r_i + ybar) theta.
-    """
-    arm = tendon_radius_m + centroid_m
-    result: Array = displacement_m / (height_m * arm - displacement_m * centroid_m)
-    return result
-
-
 def bend_of_displacement(
     displacement_m: Array, height_m: float, centroid_m: float, tendon_radius_m: float
 ) -> Array:
-    """Return the bend that shortens a notch's tendon by so much [rad]: `tendon_displacement` inverted.
+    """Return the bend that shortens a notch's tendon by so much [rad].
 
-    By Newton's method from the printed approximation. Below zero displacement, where a tendon is slack, 0.
+    Printed: h - 2 (1 / kappa - r_i) sin(kappa h / (2 (1 + ybar kappa))), the tendon straight from edge to
+    edge; with theta it is h (1 - sinc) + 2 (ybar + r_i) sin(theta / 2). Inverted by Newton's method from the
+    printed approximation. Below zero displacement, where a tendon is slack, 0.
     """
     pulled = np.maximum(np.asarray(displacement_m, dtype=float), 0.0)
     arm = tendon_radius_m + centroid_m

@@ -102,18 +102,6 @@ def span(theta: Array, radius: Array, offset: Array, mouth: Array, countersink: 
     return Span(across, along, length, slope, second, along_slope)
 
 
-def gap_length(theta: Array, height: Array) -> Array:
-    """Return the free length s of a rod bent into an arc between its mouths [m] (Eqs 15, 16).
-
-    s = h theta / sin theta, h the height of the upper mouth above the lower one (`Span.along`).
-    Printed: h = R^l (1 - cos(alpha - theta)) on the left and R^r (1 - cos(beta + theta)) on the
-    right. The first holds for theta > 0 only, the second for theta < 0 only: each takes the radius
-    of its own side, where the link rolls on the active one. For theta > 0 the right-hand height is
-    R^l (1 - cos theta) + R^r (cos theta - cos(beta + theta)).
-    """
-    return height / np.sinc(theta / np.pi)
-
-
 def rod_curvature(theta: Array, height: Array, height_slope: Array) -> tuple[Array, Array]:
     """Return the curvature theta / s [1/m] of a rod in its gap (in Eq. 8), and its derivative.
 

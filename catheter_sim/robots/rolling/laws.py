@@ -21,12 +21,25 @@ from catheter_sim.core.law import (
     TendonPaths,
 )
 from catheter_sim.mechanics.compiled import compiled_in_place
+from catheter_sim.robots.rolling import kernels
 from catheter_sim.robots.rolling.description import (
     RollingChain,
     last_joint,
     rods,
     rolling_chain,
     rolling_joints,
+)
+from catheter_sim.robots.rolling.kernels import (
+    CUBIC,
+    HIGH,
+    LENGTH,
+    LINE,
+    LOW,
+    QUINTIC,
+    RADIUS_NEGATIVE,
+    RADIUS_POSITIVE,
+    REST,
+    SLEEVE,
 )
 from catheter_sim.robots.rolling.spec import RollingRobot
 
@@ -37,19 +50,18 @@ from catheter_sim.robots.rolling.spec import RollingRobot
 # to, but without derivatives; `catheter_sim.robots.rolling.laws` says what the loops are for.
 # Index k counts joints and links from 0 at the base, j rods, the pulled ones first.
 #
-# Arrays. `joint`, shape (n, 10), and `rod`, shape (n, m, 6): see `pack` and the columns' names
-# below.
+# Arrays. `joint`, shape (n, 12), as in `kernels.PackedChain`, and `rod`, shape (n, m, 6): see `pack` and the
+# columns' names below.
 
-# Columns of `joint`: as in `RollingChain`.
-RADIUS_POSITIVE, RADIUS_NEGATIVE, LINE, LENGTH = range(4)
-REST, SLEEVE, CUBIC, QUINTIC, LOW, HIGH = range(4, 10)
 # Columns of `rod`: STIFFNESS is 0 where the rod does not pass, CLEARANCE has the sign of its side.
 STIFFNESS, REST_CURVATURE, OFFSET, MOUTH, SINK, CLEARANCE = range(6)
+ALONE: Index = np.zeros(1, dtype=np.int64)  # of copies, where there is one robot
 SMALL = 0.1  # of t in atan(t): the first term that its series leaves out, t^15 / 15, is below 7e-17
 
 
 @compiled_in_place
 def place(
+    copies: Index,
     qpos: Array,
     qpos_index: Index,
     joint: Array,
@@ -60,106 +72,114 @@ def place(
     jnt_pos: Array,
     body_pos: Array,
 ) -> None:
-    """Move hinges and links in the model to where pure rolling has them.
+    """Move hinges and links in the models of many robots to where pure rolling has them.
 
     Args:
-        qpos: MuJoCo's positions; `qpos_index` picks the bend angles, shape (n,).
+        copies: which of m robots.
+        qpos: MuJoCo's positions, shape (m, nq); `qpos_index` picks the bend angles, shape (n,).
         joint: see `pack`.
         axis: 0: the joint bends toward +x, 1: toward +y, shape (n,).
         length: of the links as compressed, shape (n,) [m].
         joint_index, body_index: of the hinges and links in MuJoCo, shape (n,).
-        jnt_pos, body_pos: out: MuJoCo's, shapes (njnt, 3) and (nbody, 3) [m].
+        jnt_pos, body_pos: out: MuJoCo's, shapes (m, njnt, 3) and (m, nbody, 3) [m].
     """
-    face = 0.0  # height of the flat below in the frame of the link below
-    for k in range(joint.shape[0]):
-        theta = qpos[qpos_index[k]]
-        radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
-        sine, rise = math.sin(theta), radius * (1.0 - math.cos(theta))
-        jnt_pos[joint_index[k], axis[k]] = joint[k, LINE] + radius * sine
-        jnt_pos[joint_index[k], 2] = rise
-        body_pos[body_index[k], axis[k]] = radius * (theta - sine)
-        body_pos[body_index[k], 2] = face - rise
-        face = length[k]
+    for copy in copies:
+        face = 0.0  # height of the flat below in the frame of the link below
+        for k in range(joint.shape[0]):
+            theta = qpos[copy, qpos_index[k]]
+            radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
+            sine, rise = math.sin(theta), radius * (1.0 - math.cos(theta))
+            jnt_pos[copy, joint_index[k], axis[k]] = joint[k, LINE] + radius * sine
+            jnt_pos[copy, joint_index[k], 2] = rise
+            body_pos[copy, body_index[k], axis[k]] = radius * (theta - sine)
+            body_pos[copy, body_index[k], 2] = face - rise
+            face = length[k]
 
 
 @compiled_in_place
-def resist(qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array) -> None:
-    """Take the moments with which rods and sleeve resist bending from `torque`, shape (nv,) [N m].
+def resist(
+    copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array
+) -> None:
+    """Take the moments with which rods and sleeve resist bending from `torque`, shape (m, nv) [N m].
 
-    chest_tube_2025, Eq. 8, as in `rods.elastic_moments`. Beyond the angle at which the first gap closes
-    they stay what they are there.
+    Of those of m robots that `copies` picks, at positions (m, nq). chest_tube_2025, Eq. 8, as in
+    `complete.elastic_moments`. Beyond the angle at which the first gap closes they stay what they are there.
     """
-    for k in range(joint.shape[0]):
-        theta = qpos[qpos_index[k]]
-        if theta < joint[k, LOW]:
-            theta = joint[k, LOW]
-        elif theta > joint[k, HIGH]:
-            theta = joint[k, HIGH]
-        radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
-        sine, cosine = math.sin(theta), math.cos(theta)
-        rise = radius * (1.0 - cosine)
-        moment = 0.0
-        for j in range(rod.shape[1]):
-            if rod[k, j, STIFFNESS] != 0.0:
-                height = rise - rod[k, j, OFFSET] * sine + rod[k, j, MOUTH] * cosine + rod[k, j, SINK]
-                moment += rod[k, j, STIFFNESS] * (sine / height - rod[k, j, REST_CURVATURE])
-        mean = (theta - joint[k, REST]) / joint[k, LENGTH]
-        square = mean * mean
-        moment *= 1.0 + square * (joint[k, CUBIC] + square * joint[k, QUINTIC])
-        torque[dof_index[k]] -= moment + joint[k, SLEEVE] * (theta - joint[k, REST])
+    for copy in copies:
+        for k in range(joint.shape[0]):
+            theta = qpos[copy, qpos_index[k]]
+            if theta < joint[k, LOW]:
+                theta = joint[k, LOW]
+            elif theta > joint[k, HIGH]:
+                theta = joint[k, HIGH]
+            radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
+            sine, cosine = math.sin(theta), math.cos(theta)
+            rise = radius * (1.0 - cosine)
+            moment = 0.0
+            for j in range(rod.shape[1]):
+                if rod[k, j, STIFFNESS] != 0.0:
+                    height = rise - rod[k, j, OFFSET] * sine + rod[k, j, MOUTH] * cosine + rod[k, j, SINK]
+                    moment += rod[k, j, STIFFNESS] * (sine / height - rod[k, j, REST_CURVATURE])
+            mean = (theta - joint[k, REST]) / joint[k, LENGTH]
+            square = mean * mean
+            moment *= 1.0 + square * (joint[k, CUBIC] + square * joint[k, QUINTIC])
+            torque[copy, dof_index[k]] -= moment + joint[k, SLEEVE] * (theta - joint[k, REST])
 
 
 @compiled_in_place
 def turns(
-    qpos: Array, qpos_index: Index, joint: Array, hole: Array, ends: Index, turn: Array, bent: Array
+    copies: Index,
+    qpos: Array,
+    qpos_index: Index,
+    joint: Array,
+    hole: Array,
+    ends: Index,
+    turn: Array,
+    bent: Array,
 ) -> None:
-    """Write the turn of each pulled rod before each gap into `turn`, shape (t, n) [rad].
+    """Write the turn of each pulled rod before each gap into `turn`, shape (m, t, n) [rad].
 
     chest_tube_2025, Eqs 2-4, as in `joint.turn`: the size of the turn in the link below the gap. Nothing
     is written for the base's hole, nor beyond the last joint that a rod passes, `ends[j]` joints.
 
     Args:
-        qpos, qpos_index, joint: as in `place`.
+        copies, qpos, qpos_index, joint: as in `place`.
         hole: see `pack_holes`.
         ends: shape (t,).
         turn: out.
         bent: workspace, shape (7, n).
     """
-    sine, cosine, rolled, across, along, cross, dot = (
-        bent[0],
-        bent[1],
-        bent[2],
-        bent[3],
-        bent[4],
-        bent[5],
-        bent[6],
-    )
-    for k in range(joint.shape[0] - 1):
-        theta = qpos[qpos_index[k]]
-        radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
-        below = joint[k - 1, LENGTH] if k > 0 else joint[0, LENGTH]
-        sine[k], cosine[k], rolled[k] = math.sin(theta), math.cos(theta), radius * theta
-        across[k] = (radius + below) * sine[k]
-        along[k] = radius * (1.0 - cosine[k]) - below * cosine[k]
-    for j in range(turn.shape[0]):
-        near, far, mouth, top = hole[j, 0], hole[j, 1], hole[j, 2], hole[j, 3]
-        own, gaps, large = turn[j], ends[j] - 1, 0
-        for k in range(gaps):
-            reach = near[k] - rolled[k]
-            x3, z3 = across[k] + reach * cosine[k], along[k] + reach * sine[k]
-            x1, z1 = near[k] - x3, top[k] - z3
-            x2, z2 = far[k] - x3, mouth[k] - z3
-            cross[k], dot[k] = x1 * z2 - z1 * x2, x1 * x2 + z1 * z2
-            large += abs(cross[k]) >= SMALL * dot[k]
-        if large > 0:
+    sine, cosine, rolled = bent[0], bent[1], bent[2]
+    across, along, cross, dot = bent[3], bent[4], bent[5], bent[6]
+    for copy in copies:
+        for k in range(joint.shape[0] - 1):
+            theta = qpos[copy, qpos_index[k]]
+            radius = joint[k, RADIUS_POSITIVE] if theta >= 0.0 else joint[k, RADIUS_NEGATIVE]
+            below = joint[k - 1, LENGTH] if k > 0 else joint[0, LENGTH]
+            sine[k], cosine[k], rolled[k] = math.sin(theta), math.cos(theta), radius * theta
+            across[k] = (radius + below) * sine[k]
+            along[k] = radius * (1.0 - cosine[k]) - below * cosine[k]
+        for j in range(turn.shape[1]):
+            near, far, mouth, top = hole[j, 0], hole[j, 1], hole[j, 2], hole[j, 3]
+            own, gaps, large = turn[copy, j], ends[j] - 1, 0
             for k in range(gaps):
-                own[k + 1] = 2.0 * abs(math.atan2(cross[k], dot[k]))
-            continue
-        for k in range(gaps):  # nearly always: the same by its series, several at once
-            t = cross[k] / dot[k]
-            s = t * t
-            series = 1.0 + s * (-1 / 3 + s * (1 / 5 + s * (-1 / 7 + s * (1 / 9 + s * (-1 / 11 + s / 13)))))
-            own[k + 1] = 2.0 * abs(t * series)
+                reach = near[k] - rolled[k]
+                x3, z3 = across[k] + reach * cosine[k], along[k] + reach * sine[k]
+                x1, z1 = near[k] - x3, top[k] - z3
+                x2, z2 = far[k] - x3, mouth[k] - z3
+                cross[k], dot[k] = x1 * z2 - z1 * x2, x1 * x2 + z1 * z2
+                large += abs(cross[k]) >= SMALL * dot[k]
+            if large > 0:
+                for k in range(gaps):
+                    own[k + 1] = 2.0 * abs(math.atan2(cross[k], dot[k]))
+                continue
+            for k in range(gaps):  # nearly always: the same by its series, several at once
+                t = cross[k] / dot[k]
+                s = t * t
+                series = 1.0 + s * (
+                    -1 / 3 + s * (1 / 5 + s * (-1 / 7 + s * (1 / 9 + s * (-1 / 11 + s / 13))))
+                )
+                own[k + 1] = 2.0 * abs(t * series)
 
 
 @compiled_in_place
@@ -212,70 +232,12 @@ def compress(
         length[k] = free_length[k] - inside * compliance[k]
 
 
-@compiled_in_place
-def place_copies(
-    copies: Index,
-    qpos: Array,
-    qpos_index: Index,
-    joint: Array,
-    axis: Index,
-    length: Array,
-    joint_index: Index,
-    body_index: Index,
-    jnt_pos: Array,
-    body_pos: Array,
-) -> None:
-    """`place` many robots' hinges: `qpos`, `jnt_pos`, `body_pos` with an axis more; `copies` picks some."""
-    for i in copies:
-        place(qpos[i], qpos_index, joint, axis, length, joint_index, body_index, jnt_pos[i], body_pos[i])
-
-
-@compiled_in_place
-def resist_copies(
-    copies: Index, qpos: Array, qpos_index: Index, joint: Array, rod: Array, dof_index: Index, torque: Array
-) -> None:
-    """`resist` of many robots: `qpos` (m, nq) and `torque` (m, nv); `copies` picks some of them."""
-    for i in copies:
-        resist(qpos[i], qpos_index, joint, rod, dof_index, torque[i])
-
-
-@compiled_in_place
-def turns_of(
-    copies: Index,
-    qpos: Array,
-    qpos_index: Index,
-    joint: Array,
-    hole: Array,
-    ends: Index,
-    turn: Array,
-    bent: Array,
-) -> None:
-    """`turns` of many robots: `qpos` (m, nq) and `turn` (m, t, n); `copies` picks some of them."""
-    for i in copies:
-        turns(qpos[i], qpos_index, joint, hole, ends, turn[i], bent)
-
-
 # ----------------------------------------------------------------------------------------------------
 # A chain in the arrays of the loops above.
 
 
 def pack(chain: RollingChain) -> tuple[Array, Array]:
-    """Return `chain` in the loops' arrays: `joint`, shape (n, 10), and `rod`, shape (n, m, 6)."""
-    joint = np.stack(
-        [
-            chain.radius_positive,
-            chain.radius_negative,
-            chain.line,
-            chain.link_length,
-            chain.rest_angle,
-            chain.sleeve_stiffness,
-            chain.cubic,
-            chain.quintic,
-            chain.low,
-            chain.high,
-        ],
-        axis=1,
-    )
+    """Return `chain` in the loops' arrays: `joint`, shape (n, 12), and `rod`, shape (n, m, 6)."""
     rod = np.stack(
         [
             np.where(chain.passes, chain.stiffness[:, None], 0.0),
@@ -287,7 +249,7 @@ def pack(chain: RollingChain) -> tuple[Array, Array]:
         ],
         axis=2,
     )
-    return joint, np.ascontiguousarray(rod.transpose(1, 0, 2))
+    return kernels.pack(chain).joint, np.ascontiguousarray(rod.transpose(1, 0, 2))
 
 
 def pack_holes(chain: RollingChain) -> Array:
@@ -328,12 +290,11 @@ class RodElasticity(Law):
 
     def between(self, step: Step) -> None:
         """Add the moments."""
-        data = step.data
-        resist(data.qpos, self._qpos, self._joint, self._rod, self._dofs, data.qfrc_applied)
+        self.add_to_copies(ALONE, step.data.qpos[np.newaxis], step.data.qfrc_applied[np.newaxis])
 
     def add_to_copies(self, copies: Index, qpos: Array, applied: Array) -> None:
         """`between` in some of m copies: positions (m, nq), applied forces (m, nv)."""
-        resist_copies(copies, qpos, self._qpos, self._joint, self._rod, self._dofs, applied)
+        resist(copies, qpos, self._qpos, self._joint, self._rod, self._dofs, applied)
 
 
 class RodTurns:
@@ -345,7 +306,7 @@ class RodTurns:
         self._ends = chain.last.astype(np.int64)
         self._qpos = place.model.jnt_qposadr[joint_ids(robot, place)].astype(np.int64)
         self._hole = pack_holes(chain)
-        self._turn = np.zeros((chain.pulled, chain.joints))
+        self._turn = np.zeros((1, chain.pulled, chain.joints))
         self._bent = np.zeros((7, chain.joints))
 
     def arrays(self) -> tuple[Array, Array, Index]:
@@ -362,12 +323,13 @@ class RodTurns:
             ends: of each rod the gaps that matter, 0 where none does; default: all, shape (t,).
         """
         last = self._ends if ends is None else ends
-        turns(data.qpos, self._qpos, self._joint, self._hole, last, self._turn, self._bent)
-        return self._turn
+        qpos = data.qpos[np.newaxis]
+        turns(ALONE, qpos, self._qpos, self._joint, self._hole, last, self._turn, self._bent)
+        return self._turn[0]
 
     def of_copies(self, copies: Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
         """Write the turns of some of m copies into `turn`, (m, t, n); see `core.law.Turns`."""
-        turns_of(copies, qpos, self._qpos, self._joint, self._hole, self._ends, turn, self._bent)
+        turns(copies, qpos, self._qpos, self._joint, self._hole, self._ends, turn, self._bent)
 
 
 def paths(robot: RollingRobot, place: RobotInModel) -> TendonPaths:
@@ -536,42 +498,38 @@ class Rolling(Law):
         self._model = model = place.model
         chain = rolling_chain(robot)
         joints = rolling_joints(robot)
-        self._constants, _ = pack(chain)
-        self._axis = chain.axis.astype(np.int64)
-        self._joint = joint_ids(robot, place)
-        self._body = np.array([place.body(f"link_{joint.index}").id for joint in joints], dtype=np.int64)
-        self._qpos = model.jnt_qposadr[self._joint].astype(np.int64)
-        self._ends = chain.last.astype(np.int64)
-        self._free_length = chain.link_length
+        ids, body = joint_ids(robot, place), [place.body(f"link_{joint.index}").id for joint in joints]
         self._length = chain.link_length.copy()
-        self._compliance = 1.0 / chain.link_stiffness
-        self.compressible = bool((self._compliance > 0.0).any())
+        compliance = 1.0 / chain.link_stiffness
+        self.compressible = bool((compliance > 0.0).any())
         tops = [(joint.index, f"face_{joint.index}") for joint in joints] + [(joints[-1].index, "tip")]
         tops += [
             (k, f"hole_{rod.name}_{k}") for rod in rods(robot) for k in range(1, last_joint(robot, rod) + 1)
         ]
-        self._top_link = np.array([k - 1 for k, _ in tops], dtype=np.int64)
-        self._top_site = np.array([place.site(name).id for _, name in tops], dtype=np.int64)
-        self._top_depth = self._length[self._top_link] - model.site_pos[self._top_site, 2]
+        top_link = np.array([k - 1 for k, _ in tops], dtype=np.int64)
+        top_site = np.array([place.site(name).id for _, name in tops], dtype=np.int64)
+        self._arrays = arrays = RollingArrays(
+            axis=chain.axis.astype(np.int64),
+            joint_index=ids,
+            body_index=np.array(body, dtype=np.int64),
+            qpos_index=model.jnt_qposadr[ids].astype(np.int64),
+            ends=chain.last.astype(np.int64),
+            length=chain.link_length,
+            compliance=compliance,
+            top_link=top_link,
+            top_site=top_site,
+            top_depth=self._length[top_link] - model.site_pos[top_site, 2],
+        )
+        self._hinges = arrays.qpos_index, pack(chain)[0], arrays.axis
+        self._places = arrays.joint_index, arrays.body_index
 
     def layout(self) -> RollingArrays:
         """Return what it works on as plain arrays."""
-        return RollingArrays(
-            axis=self._axis,
-            joint_index=self._joint,
-            body_index=self._body,
-            qpos_index=self._qpos,
-            ends=self._ends,
-            length=self._free_length,
-            compliance=self._compliance,
-            top_link=self._top_link,
-            top_site=self._top_site,
-            top_depth=self._top_depth,
-        )
+        return self._arrays
 
     def reset(self) -> None:
         """Give the links their own lengths back."""
-        self._length[:] = self._free_length
+        self._length[:] = self._arrays.length
         self._place_tops()
 
     def before(self, step: Step) -> None:
@@ -581,17 +539,8 @@ class Rolling(Law):
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where pure rolling has them at the present angles."""
-        place(
-            data.qpos,
-            self._qpos,
-            self._constants,
-            self._axis,
-            self._length,
-            self._joint,
-            self._body,
-            self._model.jnt_pos,
-            self._model.body_pos,
-        )
+        moved = self._model.jnt_pos[np.newaxis], self._model.body_pos[np.newaxis]
+        place(ALONE, data.qpos[np.newaxis], *self._hinges, self._length, *self._places, *moved)
 
     def place_copies(self, copies: Index, qpos: Array, jnt_pos: Array, body_pos: Array) -> None:
         """`place` in some of m copies of the model, without compression.
@@ -601,18 +550,7 @@ class Rolling(Law):
             qpos: all positions, shape (m, nq).
             jnt_pos, body_pos: out: their fields of the model, shapes (m, njnt, 3) and (m, nbody, 3) [m].
         """
-        place_copies(
-            copies,
-            qpos,
-            self._qpos,
-            self._constants,
-            self._axis,
-            self._free_length,
-            self._joint,
-            self._body,
-            jnt_pos,
-            body_pos,
-        )
+        place(copies, qpos, *self._hinges, self._arrays.length, *self._places, jnt_pos, body_pos)
 
     def compress(
         self, data: mujoco.MjData, span_tension: Array, force_tip: Array, force_on_link: Array
@@ -628,24 +566,15 @@ class Rolling(Law):
             force_tip: on the tip, world frame, shape (3,) [N].
             force_on_link: other forces on each link, world frame, shape (n, 3) [N].
         """
-        compress(
-            span_tension,
-            self._ends,
-            force_tip,
-            force_on_link,
-            self._model.opt.gravity,
-            self._model.body_mass,
-            data.xmat,
-            self._body,
-            self._free_length,
-            self._compliance,
-            self._length,
-        )
+        arrays, weight = self._arrays, (self._model.opt.gravity, self._model.body_mass)
+        links = data.xmat, arrays.body_index, arrays.length, arrays.compliance, self._length
+        compress(span_tension, arrays.ends, force_tip, force_on_link, *weight, *links)
         self._place_tops()
 
     def _place_tops(self) -> None:
         """Put the sites near the links' tops at their depths below them."""
-        place_tops(self._length, self._top_link, self._top_depth, self._top_site, self._model.site_pos)
+        arrays = self._arrays
+        place_tops(self._length, arrays.top_link, arrays.top_depth, arrays.top_site, self._model.site_pos)
 
 
 class RollingCopies(CopiesLaw):

@@ -128,7 +128,7 @@ def _pick(item: Varied, r: int, k: int) -> Varied:
 #
 # 1. Eqs 13, 14: arcsin(A/R) for arcsin(R/A), which exceeds 1 (`joint.hole_angle`).
 # 2. Eqs 15, 16: the gap's exact height for both signs of theta; as printed each side's rod has the
-#    radius of its own side, whichever arc the link rolls on (`joint.gap_length`).
+#    radius of its own side, whichever arc the link rolls on (`joint.span`).
 # 3. Eq. 17: -R sin theta for even links, whose x axis is mirrored (`joint.contact_on_profile`).
 # 4. Eq. 2: A^t, defined nowhere, is A^l (`joint.turn`).
 # 5. Eqs 18, 22: L^tl, defined nowhere, is the hole's length L - R^l (1 - cos alpha), so that P^N is the

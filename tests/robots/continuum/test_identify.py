@@ -7,12 +7,12 @@ from catheter_sim.robots.continuum.kato import (
     SINGLE_LOOP,
     fkm,
     fkm_stick,
-    friction_from_arching,
     friction_from_opening,
     highest_tension_from_opening,
     identify,
     loop_opening,
 )
+from reference.arching_distances import friction_from_arching
 
 pytestmark = pytest.mark.slow
 

@@ -9,16 +9,10 @@ import numpy as np
 import pytest
 from lumped_cases import ALL_PULLS, NO_GRAVITY, benchmark, published, pulled
 
-from catheter_sim.robots.continuum.cc import (
-    arc_of_lengths,
-    bend_per_tension,
-    bends_of_lengths,
-    poses,
-    tendon_lengths,
-    three_tendon_arc,
-)
+from catheter_sim.robots.continuum.cc import bend_per_tension, poses
 from catheter_sim.robots.continuum.constant_curvature import constant_curvature
 from catheter_sim.robots.continuum.rods import problem
+from reference.tendon_lengths import arc_of_lengths, bends_of_lengths, tendon_lengths, three_tendon_arc
 
 RADIUS, LENGTH = 8e-3, 0.05
 

@@ -11,11 +11,11 @@ from notched_cases import LINEAR, WRIST, changed, inputs
 
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
-from catheter_sim.robots.notched_tube import statics
 from catheter_sim.robots.notched_tube.description import notches
 from catheter_sim.robots.notched_tube.section import closing_angle, section, torsion_stiffness
 from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
 from catheter_sim.robots.notched_tube.statics import FaceLoads, TubeStates, kinetostatic, solve_rows
+from reference.printed_formulas import curvature_of_bend, tendon_displacement
 
 SEGMENT = WRIST.segments[0]
 SHAPE = section(SEGMENT)
@@ -51,8 +51,8 @@ def test_large_bend_of_a_linear_metal_is_that_of_the_straight_span() -> None:
     bend = states.w[0, 0, :, 1]
     step = 1e-6
     lost = [
-        statics.tendon_displacement(
-            statics.curvature_of_bend(bend + half, HEIGHT, SHAPE.centroid_m),
+        tendon_displacement(
+            curvature_of_bend(bend + half, HEIGHT, SHAPE.centroid_m),
             HEIGHT,
             SHAPE.centroid_m,
             0.43e-3,

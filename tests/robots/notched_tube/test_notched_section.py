@@ -11,11 +11,11 @@ from notched_cases import WRIST, changed
 from catheter_sim.robots.notched_tube.section import (
     closing_angle,
     fibres,
-    largest_strain,
     section,
     torsion_stiffness,
 )
 from catheter_sim.robots.notched_tube.spec import NotchedSegment
+from reference.printed_formulas import largest_strain
 
 DEPTHS_MM = (0.2, 0.5, 0.65, 0.97, 1.05, 1.12)
 

@@ -13,6 +13,7 @@ from catheter_sim.robots.notched_tube import statics
 from catheter_sim.robots.notched_tube.published import MEASURED_BEND_DEG, MEASURED_TENSION_N
 from catheter_sim.robots.notched_tube.section import closing_angle, section
 from catheter_sim.robots.notched_tube.statics import york
+from reference import printed_formulas
 
 SEGMENT = WRIST.segments[0]
 HEIGHT, CENTROID = SEGMENT.notch_height_m, section(SEGMENT).centroid_m
@@ -29,12 +30,12 @@ def test_displacement_is_that_of_the_straight_line_between_turned_edges(bend: fl
     cosine, sine = math.cos(bend), math.sin(bend)
     upper = centre + np.array([[cosine, sine], [-sine, cosine]]) @ (lower - centre)
     lost = HEIGHT - np.linalg.norm(upper - lower)
-    curvature = statics.curvature_of_bend(bend, HEIGHT, CENTROID)
+    curvature = printed_formulas.curvature_of_bend(bend, HEIGHT, CENTROID)
     as_printed = HEIGHT - 2.0 * (1.0 / curvature - INNER) * math.sin(
         curvature * HEIGHT / (2.0 * (1.0 + CENTROID * curvature))
     )
     assert lost == pytest.approx(as_printed, rel=1e-6, abs=1e-14)
-    ours = statics.tendon_displacement(curvature, HEIGHT, CENTROID, INNER)
+    ours = printed_formulas.tendon_displacement(curvature, HEIGHT, CENTROID, INNER)
     assert ours == pytest.approx(lost, rel=1e-6, abs=1e-14)
     assert statics.bend_of_displacement(ours, HEIGHT, CENTROID, INNER) == pytest.approx(bend, rel=1e-9)
 
@@ -42,8 +43,8 @@ def test_displacement_is_that_of_the_straight_line_between_turned_edges(bend: fl
 def test_printed_approximation_is_the_tendon_along_the_arc() -> None:
     """kappa = dl / (h (r_i + ybar) - dl ybar) bends by dl / (r_i + ybar); the straight line by 0.4 % less."""
     displacement = 0.4e-3
-    curvature = statics.curvature_of_displacement(displacement, HEIGHT, CENTROID, INNER)
-    bend = curvature * statics.arc_length(curvature, HEIGHT, CENTROID)
+    curvature = printed_formulas.curvature_of_displacement(displacement, HEIGHT, CENTROID, INNER)
+    bend = curvature * printed_formulas.arc_length(curvature, HEIGHT, CENTROID)
     assert bend == pytest.approx(displacement / (INNER + CENTROID))
     exact = statics.bend_of_displacement(displacement, HEIGHT, CENTROID, INNER)
     assert 1e-3 < abs(bend / exact - 1.0) < 1e-2

@@ -13,6 +13,7 @@ from catheter_sim.robots.rolling import complete
 from catheter_sim.robots.rolling import joint as geometry
 from catheter_sim.robots.rolling.complete import frames
 from catheter_sim.robots.rolling.description import rolling_chain
+from reference.printed_formulas import gap_length
 
 SECTION = rolling_chain(load_robot("chest_tube_section"))
 
@@ -97,7 +98,7 @@ def test_derivatives_are_those_of_the_values(
 def test_gap_is_an_arc_from_mouth_to_mouth(case: tuple[float, float, float], theta: float) -> None:
     """Eqs 15, 16: a rod that leaves the flat upright and turns by theta over s rises by the gap's height."""
     span = span_of(case, theta)
-    s = float(geometry.gap_length(theta, span.along))
+    s = float(gap_length(theta, span.along))
     rise = np.trapezoid(np.cos(theta * np.linspace(0.0, 1.0, 2001)), dx=s / 2000)
     assert rise == pytest.approx(float(span.along), rel=1e-6)
     curvature, _ = geometry.rod_curvature(theta, span.along, span.along_slope)
