@@ -33,14 +33,14 @@ SCALES = (0.1, 0.3, 1.0, 3.0)
 """[1] Inverse squares of the kernel's length, in standard deviations. Why: from one arc over the whole range
 to a wave of a fifth of it; the best of them is chosen by stretches left out."""
 RIDGES = (0.03, 0.3, 3.0, 30.0)
-"""[variance of the noise over that of the function] Why: half decades about equal shares; chosen likewise."""
+"""[variance of the noise over that of the function] Why: decades about equal shares; chosen likewise."""
 LANDMARKS = 300
-"""Points that the kernel stands on, at most. Why: with 500 the floor of `opencr_v4` is the same to 0.1 %
+"""[points] What the kernel stands on, at most. Why: with 500 the floor of `opencr_v4` is the same to 0.1 %
 (4.756 and 4.754 mm)."""
 MOST_ROWS = 4000
-"""Training rows that are learned from, at most: every k-th. Why: it bounds the time."""
+"""[rows] What is learned from, at most: every k-th of the training rows. Why: it bounds the time."""
 STRETCHES = 6
-"""Parts of the training rows, each left out once. Why: assumed, as for causes."""
+"""[parts] Of the training rows, each left out once. Why: assumed, as for causes."""
 
 
 def floor_of(trials: Sequence[Trial], fits: Sequence[TrialFit]) -> Floor:

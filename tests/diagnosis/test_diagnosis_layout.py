@@ -17,7 +17,7 @@ ORDER = (
     ("document", "fit", "programmes", "residuals"),
     ("intervals", "noise", "words"),
     ("faults_of_columns", "pictures", "workers"),
-    ("comparison", "faults_of_readings", "faults_of_trials", "report", "verdict"),
+    ("comparison", "faults_of_readings", "faults_of_trials", "floor", "report", "verdict"),
     ("prepare", "search", "pruning"),
     ("choose", "hypotheses"),
     ("next_experiment", "probabilities"),

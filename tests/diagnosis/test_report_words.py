@@ -285,7 +285,9 @@ def test_corrections_groups_and_tip_stand_in_the_document() -> None:
         "after": 5.3,
         "of": "held-out",
         "aligned": {"before": 6.6, "after": 5.1},
+        "floor": None,
     }
+    assert document["floor"] == {}
     assert to_json(made_up())["tip_mm"] is None
     assert {document[name] for name in ("version", "made", "command", "data_digest")} == {None}
 
