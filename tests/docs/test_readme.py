@@ -39,7 +39,7 @@ def counted(row: str) -> tuple[int, int]:
 
 
 def judged(*rows: str) -> str:
-    """Return how many were right of how many draws, of rows of the independent bench's last table together."""
+    """Return how many were right of how many draws, of rows of the independent bench's table."""
     lines = page("truth/independent_bench.md").split("**Judging**")[1].split("Brier score")[0].splitlines()
     found = [
         re.findall(r"\| (\d+) ", line) for line in lines if line.startswith(tuple(f"| {r}" for r in rows))
