@@ -557,7 +557,19 @@ DIVERGED_REWARD = -2.0 * EPISODE_STEPS  # the tip is never farther than two leng
 _ONE = np.arange(1)  # the row of a robot alone
 
 
-class TipEnv(gymnasium.Env[Any, Any]):
+class RobotEnv(gymnasium.Env[Any, Any]):
+    """A robot that moves in one of two ways.
+
+    Attributes:
+        dynamics: "quasi-static", or "inertial": the robot swings as its masses and its own damping let it.
+    """
+
+    def __init__(self, dynamics: str = DYNAMICS[0]) -> None:
+        """Say how; raise `InputError` where there is no such way."""
+        self.dynamics: str = checked_choice("dynamics", dynamics, DYNAMICS)
+
+
+class TipEnv(RobotEnv):
     """A robot whose tip has something to do; what that is, a task's own class says.
 
     A control step is 0.1 s of simulated time. The arguments are those of `ReachEnv`. An environment may
@@ -579,7 +591,6 @@ class TipEnv(gymnasium.Env[Any, Any]):
     Attributes:
         plant: the simulated robot.
         drives: what moves it.
-        dynamics: "quasi-static", or "inertial": it swings as its masses and its own damping let it.
         length_m: of the straight robot.
         randomised: settings of the robot that are drawn at every reset, and their bounds.
         target_m, targets_m: where the tip is wanted now, base frame, shape (3,), and of all rows, (n, 3) [m].
@@ -612,7 +623,6 @@ class TipEnv(gymnasium.Env[Any, Any]):
         height: int | None = None,
         observation: str = "state",
         randomised: Mapping[str, Sequence[float]] | None = None,
-        dynamics: str = DYNAMICS[0],
         **others: Any,
     ) -> None:
         """Build the robot; the arguments are those of the task's text.
@@ -623,7 +633,7 @@ class TipEnv(gymnasium.Env[Any, Any]):
         refuse_unknown(others, argument_names(type(self)), type(self).__name__)
         self.render_mode = checked_choice("render_mode", render_mode, self.metadata["render_modes"], True)
         self.pixels = checked_choice("observation", observation, OBSERVATIONS) == "pixels"
-        self.dynamics: str = checked_choice("dynamics", dynamics, DYNAMICS)
+        super().__init__(**others)  # what is left are the base's own
         self._size = checked_size(width, height, _OBSERVED if self.pixels else _RENDERED)
         self.tolerance_m = checked_above_zero("tolerance_m", tolerance_m)
         self._robot, self._settings = robot, settings_table(settings)
