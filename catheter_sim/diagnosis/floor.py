@@ -46,17 +46,21 @@ STRETCHES = 6
 def floor_of(trials: Sequence[Trial], fits: Sequence[TrialFit]) -> Floor:
     """Return what a flexible model leaves of the held-out trials, learned from the training trials.
 
+    Without trials of both kinds, or where a trial was not computed at every row, nothing is known.
+
     Args:
         trials: measured.
         fits: of each what was measured and what the reported model computes.
     """
-    columns = list(fits[0].after.columns)
-    left = [_stack(fit.measured, columns) - _stack(fit.after, columns) for fit in fits]
     parts = {role: [k for k, fit in enumerate(fits) if fit.role == role] for role in ("train", "heldout")}
     if not all(parts.values()):
         return Floor()
+    columns = list(fits[0].after.columns)
+    left = [_stack(fit.measured, columns) - _stack(fit.after, columns) for fit in fits]
     by_file = {trial.file: trial.inputs for trial in trials}
     inputs = [all_inputs(by_file[fit.file]) for fit in fits]
+    if any(len(own) != len(fit.time_s) for own, fit in zip(inputs, fits, strict=True)):
+        return Floor()
     span = np.ptp(np.concatenate([inputs[k] for k in parts["train"]]), axis=0)
     told = [
         _told(fit.time_s, own[:, span > 0.0], span[span > 0.0], _stack(fit.after, columns))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -78,11 +79,15 @@ def test_what_the_inputs_do_not_tell_stays() -> None:
     assert found.rmse["mm"] > 0.9 * left
 
 
-def test_without_held_out_trials_there_is_none() -> None:
-    """As where nothing was measured to judge by."""
+def test_without_held_out_trials_or_rows_there_is_none() -> None:
+    """As where nothing was measured to judge by, or a model stopped on its way."""
     robot, time_s = load_robot("neuroendoscope_section"), np.arange(5.0)
-    table = Table(time_s, {"tip_x_mm": time_s}, "a.csv")
-    trial = Trial(
-        "a.csv", "train", read_inputs(robot, Table(time_s, {"tension_right_N": 0.01 * time_s}, "")), table
+    table, pull = Table(time_s, {"tip_x_mm": time_s}, "a.csv"), {"tension_right_N": 0.01 * time_s}
+    first = Trial("a.csv", "train", read_inputs(robot, Table(time_s, pull, "")), table)
+    whole = TrialFit("a.csv", "train", time_s, table, table, table)
+    assert floor_of([], []) == floor_of([first], [whole]) == Floor()
+    few = Table(time_s[:3], {"tip_x_mm": time_s[:3]}, "b.csv")
+    second = dataclasses.replace(first, file="b.csv", role="heldout")
+    assert (
+        floor_of([first, second], [whole, TrialFit("b.csv", "heldout", few.time_s, few, few, few)]) == Floor()
     )
-    assert floor_of([trial], [TrialFit("a.csv", "train", time_s, table, table, table)]) == Floor()
