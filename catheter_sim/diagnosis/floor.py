@@ -80,7 +80,9 @@ def floor_of(trials: Sequence[Trial], fits: Sequence[TrialFit]) -> Floor:
         if np.isfinite(rest[:, mine]).any():
             rmse[unit] = float(np.sqrt(np.nanmean(rest[:, mine] ** 2)))
             fall = np.nansum(ahead[:, mine] ** 2 - rest[:, mine] ** 2, axis=1)
-            chance[unit] = chance_of_gain(np.array([part.sum() for part in np.array_split(fall, 12)]))
+            chance[unit] = chance_of_gain(
+                np.array([part.sum() for part in np.array_split(fall, 2 * STRETCHES)])
+            )
     return Floor(rmse, chance, _tip_mm(columns, rest))
 
 

@@ -583,7 +583,7 @@ def headline_numbers(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     numbers.append(("", error.said_noise, "row-to-row noise"))
     if not math.isnan(error.repeatability):
         numbers.append(("", error.said(error.repeatability), "repeatability: two runs of the same commands"))
-    if floor_words(error):
+    if error.learnable and floor_words(error):
         numbers.append(("", error.said(error.floor), f"left by {FLEXIBLE}"))
     if corrected:
         gain = diagnosis.shown
@@ -622,12 +622,12 @@ def floor_words(error: HeldOutError) -> str:
         return ""
     if error.learnable:
         return (
-            f"On top of it, {FLEXIBLE}, leaves {error.said(error.floor)}. What lies between follows from the "
-            "inputs; the rest does not, or takes more data to learn."
+            f"On top of the reported model, {FLEXIBLE}, leaves {error.said(error.floor)}. So part of what is "
+            "left follows from the inputs. The rest may not, or takes more data to learn."
         )
     return (
-        f"On top of it, {FLEXIBLE}, gains nothing: what is left does not follow from the inputs, or takes "
-        "more data to learn."
+        f"On top of the reported model, {FLEXIBLE}, shows no sure gain. What is left may not follow from the "
+        "inputs, or takes more data to learn."
     )
 
 
