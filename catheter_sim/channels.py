@@ -122,7 +122,7 @@ def joint_names(robot: RobotSpec) -> list[str]:
 
 def output_channels(robot: RobotSpec) -> list[str]:
     """Return the names of every output column that the robot has."""
-    return [name for sort in SORTS for name in sort.names(robot)]
+    return [name for family in COLUMN_FAMILIES for name in family.names(robot)]
 
 
 def read_inputs(robot: RobotSpec, table: Table) -> Inputs:
@@ -236,7 +236,8 @@ def check_output_channels(robot: RobotSpec, names: Iterable[str], where: str) ->
 # From a robot's states to its output columns: the one place that writes them, in the columns' units.
 #
 # What columns show is worked out once (`shown_by`); then any number of rows, of one robot or of many that
-# are alike but for their numbers, are written at once (`write_columns`). A new column is an entry of `SORTS`.
+# are alike but for their numbers, are written at once (`write_columns`). A new column is an entry of
+# `COLUMN_FAMILIES`.
 
 
 class Point(NamedTuple):
@@ -263,8 +264,8 @@ class StateRows(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sort:
-    """Output columns of one sort.
+class ColumnFamily:
+    """Output columns that are read in the same way.
 
     Attributes:
         names: a robot's columns, each with what says which one it is; a `Point` is turned into its place
@@ -289,28 +290,28 @@ class Shown:
         tip: place among `elements` of the one whose orientation is shown; None: no orientation is.
         markers: of every marker that is shown, its element's place among `elements`, and its own among the
             robot's markers.
-        parts: of each sort its columns' places, and which ones they are.
+        parts: of each family its columns' places, and which ones they are.
     """
 
     columns: tuple[str, ...]
     elements: tuple[int, ...]
     tip: int | None
     markers: tuple[tuple[int, int], ...]
-    parts: tuple[tuple[Sort, list[int], list[Any]], ...]
+    parts: tuple[tuple[ColumnFamily, list[int], list[Any]], ...]
 
 
 def shown_by(robot: RobotSpec, columns: Sequence[str]) -> Shown:
     """Return what `columns` show of `robot`, or of any robot like it."""
     count, found = body_count(robot), []
-    for sort in SORTS:
-        which = sort.names(robot)
+    for family in COLUMN_FAMILIES:
+        which = family.names(robot)
         places = [place for place, name in enumerate(columns) if name in which]
         if places:
-            found.append((sort, places, [which[columns[place]] for place in places]))
+            found.append((family, places, [which[columns[place]] for place in places]))
     wanted = {which.number for _, _, own in found for which in own if isinstance(which, Point)}
     markers = sorted(number - count for number in wanted if number >= count)
     holding = [robot.markers[k].element - 1 for k in markers]
-    tip = {count - 1} if any(sort.turns for sort, _, _ in found) else set()
+    tip = {count - 1} if any(family.turns for family, _, _ in found) else set()
     elements = sorted({number for number in wanted if number < count} | {*holding} | tip)
     place = {number: k for k, number in enumerate([*elements, *(count + k for k in markers)])}
     return Shown(
@@ -319,8 +320,8 @@ def shown_by(robot: RobotSpec, columns: Sequence[str]) -> Shown:
         tip=elements.index(count - 1) if tip else None,
         markers=tuple((elements.index(element), k) for element, k in zip(holding, markers, strict=True)),
         parts=tuple(
-            (sort, places, [Point(place[k.number], k.axis) if isinstance(k, Point) else k for k in own])
-            for sort, places, own in found
+            (family, places, [Point(place[k.number], k.axis) if isinstance(k, Point) else k for k in own])
+            for family, places, own in found
         ),
     )
 
@@ -338,8 +339,8 @@ def write_columns(shown: Shown, rows: StateRows) -> Array:
         missing = [name for place, name in enumerate(shown.columns) if place not in filled]
         raise ValueError(f"nothing fills the columns {', '.join(missing)}")
     rows = rows._replace(joint_angles=cache(rows.joint_angles))
-    for sort, places, own in parts:
-        result[..., places] = sort.values(rows, own)
+    for family, places, own in parts:
+        result[..., places] = family.values(rows, own)
     return result
 
 
@@ -407,14 +408,14 @@ def _coordinates(points: Mapping[str, int]) -> dict[str, Point]:
 
 
 # In the order in which a robot's columns are listed.
-SORTS = (
-    Sort(_of_tip, _positions),
-    Sort(_of_orientation, _turned, turns=True),
-    Sort(_of_bodies, _positions),
-    Sort(_of_markers, _positions),
-    Sort(_of_shared_angles, _sums_of_angles),
-    Sort(_of_joints, _angles),
-    Sort(_of_tensions, _tensions),
+COLUMN_FAMILIES = (
+    ColumnFamily(_of_tip, _positions),
+    ColumnFamily(_of_orientation, _turned, turns=True),
+    ColumnFamily(_of_bodies, _positions),
+    ColumnFamily(_of_markers, _positions),
+    ColumnFamily(_of_shared_angles, _sums_of_angles),
+    ColumnFamily(_of_joints, _angles),
+    ColumnFamily(_of_tensions, _tensions),
 )
 
 
