@@ -23,7 +23,7 @@ from catheter_sim.diagnosis.changes.report import comparison_head, comparison_se
 from catheter_sim.diagnosis.document import data_digest, stamped, to_json
 from catheter_sim.diagnosis.notes import Note
 from catheter_sim.diagnosis.report import marked_toml, marked_xml, report_html, sentence
-from catheter_sim.diagnosis.result import VERDICTS, Cause, DataFault, DiagnosisResult, FittedParameter
+from catheter_sim.diagnosis.result import VERDICTS, Cause, DataFault, DiagnosisResult, FittedParameter, Floor
 from catheter_sim.diagnosis.words import ASKS, headline_numbers, use_words
 from catheter_sim.effects import EFFECTS
 
@@ -267,6 +267,17 @@ def test_formulas_are_shown_as_they_are_written() -> None:
             assert not re.search(
                 r"(scale|creep|through|EI|E|T|share)[ _>]*\) ?\w|\w_\w+ [uxyzt]\b", form.equation
             )
+
+
+@pytest.mark.parametrize(("chance", "said"), [(0.001, "leaves 4.80 mm"), (0.2, "shows no sure gain")])
+def test_the_floor_is_said_as_far_as_it_is_sure(chance: float, said: str) -> None:
+    """A gain by chance is none, and its number does not stand at the head."""
+    floor = Floor({"mm": 2.7}, {"mm": chance}, 4.8)
+    found = made_up("improved", causes=(), corrections=UNSURE, extra=TIP, floor=floor)
+    assert said in use_words(found)
+    assert any("flexible model" in item["words"] for item in headline_numbers(found)) == (chance < 0.01)
+    assert to_json(found)["floor"] == {"mm": 2.7}
+    assert "flexible" not in use_words(made_up("improved", causes=(), corrections=UNSURE, extra=TIP))
 
 
 # ------------------------------------------------------------------------------------------ documents
