@@ -26,6 +26,7 @@ from catheter_sim.core.document import (
 )
 from catheter_sim.core.published import Published
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.variation import read_tables, tables_of
 from catheter_sim.errors import InputError, shown, unknown
 from catheter_sim.robots import KINDS, check_robot, kind_of
 from catheter_sim.robots.documents import complete_document, robot_from_document
@@ -80,7 +81,7 @@ def load_robot(
     if isinstance(reference, RobotSpec):
         document = to_document(reference)
     elif text.endswith(".toml"):
-        table = read_toml(Path(text))
+        table = read_tables(read_toml(Path(text)), text)
         given = set(table)
         document = complete_document(table, text)
     elif text.endswith(".xml"):
@@ -149,4 +150,6 @@ def _text_of(path: Path) -> str:
 
 def robot_toml(robot: RobotSpec) -> str:
     """Return `robot` as the text of a `.toml` that `load_robot` reads back to the same value."""
-    return tomli_w.dumps(to_document(robot, ALL_DIGITS))
+    document = to_document(robot, ALL_DIGITS)
+    document["effects"] = {name: tables_of(values) for name, values in document["effects"].items()}
+    return tomli_w.dumps(document)

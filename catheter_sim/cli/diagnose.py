@@ -228,6 +228,7 @@ def _lines(diagnosis: DiagnosisResult, noun: str = "cause") -> Iterator[str]:
 
 def _cause_lines(cause: Cause, noun: str) -> Iterator[str]:
     """Yield a cause, a correction or a change, and its numbers."""
+    from catheter_sim.core.variation import said_of
     from catheter_sim.diagnosis.words import interval, rounded
 
     members = ", ".join(f"{name} {value:.2f}" for name, value in cause.members.items())
@@ -240,4 +241,4 @@ def _cause_lines(cause: Cause, noun: str) -> Iterator[str]:
         half = abs(parameter.ci95[1] - parameter.ci95[0]) / 2.0
         bounds = interval(parameter.value, parameter.ci95)
         of = f"{cause.name}: " if members else ""
-        yield f"  {of}{name} = {rounded(parameter.value, half)} (95 %: {bounds})"
+        yield f"  {of}{said_of(name)} = {rounded(parameter.value, half)} (95 %: {bounds})"

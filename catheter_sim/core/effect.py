@@ -13,6 +13,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Observed
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.variation import ALONG_ROWS, number_varied
 
 # ----------------------------------------------------------------------------------------------------
 # The face that every effect shows: the forms in which one cause of error may act, and where each acts.
@@ -72,6 +73,12 @@ class Parameter:
         """The bounds of the fit's coordinate."""
         ends = sorted((self.to_fit(self.lower), self.to_fit(self.upper)))
         return ends[0], ends[1]
+
+
+def amount_of(number: Parameter, name: str) -> Parameter:
+    """Return by how much a number varies as `name` says, in the coordinate in which it is fitted."""
+    low, high = number.fit_bounds
+    return Parameter(name, 0.0, low - high, high - low, scale=number.scale, start=0.0)
 
 
 class Stage(Enum):
@@ -252,6 +259,12 @@ class Form:
         further: a diagnosis tries it only where all forms that are not further leave structure.
         in_motion: it does nothing, or nothing that another form does not, where rows are held: a diagnosis
             tries it only on data that were taken while the robot moved.
+        local: how an element moves relative to the one before it depends on the numbers there alone, so that
+            they may vary along the robot.
+        varies: what a diagnosis lets its numbers vary with, besides the place along the robot (`local`). What
+            equals another form or cause is left to that one.
+        only_varies: its numbers do something else than those of another form only where they vary: a
+            diagnosis fits by how much they do, and they stay at what does nothing.
         timing: of `memory` with these values, where MJCF has it; an exported file then carries it.
     """
 
@@ -268,10 +281,15 @@ class Form:
     in_place: bool = False
     further: bool = False
     in_motion: bool = False
+    local: bool = False
+    varies: tuple[str, ...] = ALONG_ROWS
+    only_varies: bool = False
     timing: Callable[[Values], Timing] | None = None
 
     def freed(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
         """Return the names of the parameters that a diagnosis frees together, fewest first."""
+        if self.only_varies:
+            return ()
         if self.groups is not None:
             return self.groups(robot)
         names = tuple(item.name for item in self.parameters(robot))
@@ -308,6 +326,12 @@ class Effect:
         """Return the parameters of all forms; none where the effect makes no sense for the robot."""
         return tuple(item for form in self.forms for item in form.parameters(robot))
 
+    def parameter(self, robot: RobotSpec, name: str) -> Parameter | None:
+        """Return a parameter by its name, also that by which one varies; None: there is none."""
+        own = (item for item in self.parameters(robot) if item.name == number_varied(name))
+        number = next(own, None)
+        return number if number is None or number.name == name else amount_of(number, name)
+
     def variants(
         self, robot: RobotSpec, moving: bool = False, further: bool = False
     ) -> tuple[tuple[str, ...], ...]:
@@ -321,7 +345,7 @@ class Effect:
 
     def form_of(self, robot: RobotSpec, names: Iterable[str]) -> Form:
         """Return the form that frees just `names`, else the first one that has most of them."""
-        wanted = set(names)
+        wanted = {number_varied(name) for name in names}
         exact = [form for form in self.forms if any(set(group) == wanted for group in form.freed(robot))]
         if exact:
             return exact[0]

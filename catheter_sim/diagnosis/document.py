@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.catalogue import read_toml
+from catheter_sim.core.variation import MARK, table_of, variation_of
 from catheter_sim.diagnosis.result import (
     NEXT_EXPERIMENT_FILE,
     Cause,
@@ -179,7 +180,10 @@ def cause_entries(causes: Sequence[Cause]) -> list[dict[str, Any]]:
     return [
         {
             "name": cause.name,
-            "parameters": _parameters(cause.parameters),
+            "parameters": _parameters(
+                {name: item for name, item in cause.parameters.items() if MARK not in name}
+            ),
+            **_varying(cause),
             "gain_percent": cause.gain_percent,
             "form": cause.form,
             "forms_as_good": list(cause.forms_as_good),
@@ -189,6 +193,30 @@ def cause_entries(causes: Sequence[Cause]) -> list[dict[str, Any]]:
         }
         for cause in causes
     ]
+
+
+def _varying(cause: Cause) -> dict[str, Any]:
+    """Return how a cause's numbers vary, by `varies`, and as a `curve` where it was found as one."""
+    varied = {variation_of(name): item for name, item in cause.parameters.items() if MARK in name}
+    tables = [table_of(way, item.value) | {"ci95": list(item.ci95)} for way, item in varied.items()]
+    hats = [(way, item) for way, item in varied.items() if way.shape == "hat"]
+    if len(hats) < 2:
+        return {"varies": tables} if tables else {}
+    first = hats[0][0]
+    own = cause.parameters.get(first.number)
+    at_first = 0.0 if own is None else own.value
+    curve = {
+        "number": first.number,
+        "with": first.along,
+        "channel": first.channel or None,
+        "grid": [first.at[0], *(way.at[1] for way, _ in hats)],
+        "value": [at_first, *(at_first + item.value for _, item in hats)],
+        "ci95": [
+            list(own.ci95) if own else [at_first, at_first],
+            *([at_first + end for end in item.ci95] for _, item in hats),
+        ],
+    }
+    return {"varies": tables, "curve": curve}
 
 
 def _residual_tests(diagnosis: DiagnosisResult) -> dict[str, list[dict[str, Any]]]:

@@ -69,6 +69,7 @@ from catheter_sim.diagnosis.thresholds import MOST_CAUSES, NATS_PER_MINUTE
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.workers import SERIAL, Workers
 from catheter_sim.effects.apply import embodied
+from catheter_sim.effects.varying import without_variations
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.progress import note
 
@@ -127,7 +128,7 @@ def write_diagnosis(diagnosis: DiagnosisResult, folder: str | os.PathLike[str]) 
 def model_of(diagnosis: DiagnosisResult) -> str:
     """Return the extended robot as MJCF."""
     actuation = diagnosis.dataset.trials[0].inputs.actuation
-    return build_mjcf(embodied(diagnosis.extended_robot), actuation)
+    return build_mjcf(embodied(without_variations(diagnosis.extended_robot)), actuation)
 
 
 def diagnose_dataset(

@@ -125,11 +125,12 @@ def fitted_numbers(problem: Problem, terms: Sequence[Term]) -> tuple[FittedNumbe
         if named.isdisjoint(nuisance.superseded_by):
             found.append(FittedNumber("", nuisance.parameter, nuisance.spread))
     for term in terms:
-        by_name = {item.name: item for item in EFFECTS[term.effect].parameters(problem.robot)}
-        if problem.moving:
-            by_name = {name: _moving(item) for name, item in by_name.items()}
         given = problem.robot.effects.get(term.effect, {})
-        found += [FittedNumber(term.effect, _as_given(by_name[name], given)) for name in term.free]
+        for name in term.free:
+            parameter = EFFECTS[term.effect].parameter(problem.robot, name)
+            assert parameter is not None
+            own = _moving(parameter) if problem.moving else parameter
+            found.append(FittedNumber(term.effect, _as_given(own, given)))
     return tuple(found)
 
 

@@ -8,6 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
+import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.core.variation import MARK, Variation, number_varied, variation_of
 from catheter_sim.diagnosis.comparison import (
     as_good,
     may_replace,
@@ -34,6 +38,17 @@ from catheter_sim.diagnosis.thresholds import (
     NEAR_NOISE,
     PAYS_CHANCE,
 )
+from catheter_sim.diagnosis.variations import (
+    Promise,
+    VaryingWay,
+    along_robot,
+    along_rows,
+    beside_fit,
+    part_names,
+    promises,
+    telling,
+    unlike,
+)
 from catheter_sim.diagnosis.workers import (
     SERIAL,
     Foreseen,
@@ -52,6 +67,7 @@ from catheter_sim.diagnosis.workers import (
     work_out,
 )
 from catheter_sim.effects import EFFECTS
+from catheter_sim.theory.twins import Prediction
 
 MOST_SINGLES = 8
 """[hypotheses] Of a single cause, fitted where the robot moved: the best probed. Why: each is simulated, at
@@ -92,6 +108,16 @@ chosen causes. Why: assumed; of ten there are forty-five pairs, each ranked in a
 NEAR_SETS = 4
 """[hypotheses] Of each size, near the set at which a search ends, that are fitted. Why: assumed; ten or so in
 all cost as much as one more step of the search."""
+VARIED = 6
+"""[hypotheses] In which a number varies, fitted beside each set where a search has come to. Why: assumed;
+their derivatives rank them well, and each costs three robots for one."""
+VARIED_WORTH = 1.5
+"""[times the error of the set where the search has come to] A number that varies is not fitted where its
+derivative promises more. Why: of a softening by a quarter, a fade and a soft half the derivative promised at
+most 1.1 times what the fit left."""
+VARIED_EACH = 3
+"""[hypotheses] The same, of one cause. Why: assumed; what a number varies with is told only after a fit."""
+UNLISTED = "unlisted"  # the form of a cause whose number follows a curve
 MOST_FORMS = 8
 """[hypotheses] Other variants of a set's causes, fitted where the search would end. Why: assumed; it bounds
 the time."""
@@ -152,7 +178,7 @@ def with_forms(
     tried = not (problem.moving and problem.model_share)  # as of `in_best_forms`
     now, others = _fitted(problem, chosen, pool) if tried else (chosen, [])
     equal = [(cause, form) for cause, form, item in others if as_good(now, item)]
-    own = {term.effect: EFFECTS[term.effect].form_of(problem.robot, term.free).name for term in chosen.terms}
+    own = {term.effect: _form_name(problem, term) for term in chosen.terms}
     return tuple(
         replace(
             cause,
@@ -161,6 +187,12 @@ def with_forms(
         )
         for cause in causes
     )
+
+
+def _form_name(problem: Problem, term: Term) -> str:
+    """Return the form of a term, `UNLISTED` where a number follows a curve."""
+    hats = [name for name in term.free if MARK in name and variation_of(name).shape == "hat"]
+    return UNLISTED if len(hats) > 1 else EFFECTS[term.effect].form_of(problem.robot, term.free).name
 
 
 def _fitted(
@@ -286,6 +318,11 @@ class Search:
             )
             for (start, terms), (gone, come) in zip(hypotheses, keys, strict=True)
         ]
+
+    def probe(self, start: Fit, terms: Sequence[Term]) -> None:
+        """Work out what terms do beside a fit (`tangents`)."""
+        mine = frozenset(start.terms)
+        self._probed(self.tangents, {(mine, term): start for term in terms}, tangent)
 
     def _probed(
         self,
@@ -552,6 +589,88 @@ def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------
+# Numbers that vary: along the robot, over time, with inputs, with what came before.
+#
+# They are tried last, where every cause in every form leaves structure. All that a number may vary with is
+# ranked by derivatives, beside the model without causes and beside the set where the search has come to; the
+# best are fitted, and steps beside the best one.
+
+
+def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int) -> None:
+    """Lengthen `path` by the best hypothesis in which a number varies, where it pays."""
+    problem, best = search.problem, path[-1]
+    rows = telling(problem)
+    worth = (VARIED_WORTH * best.cross_validated_rms) ** 2 * len(best.left_out)
+    found: list[Fit] = []
+    for start in _distinct([path[0], best]):
+        asked = [*start.terms, *(term for term in terms if term not in start.terms)]
+        likely = [item for item in _promised(search, start, asked, rows) if item.cost <= worth]
+        few = [(item.terms, item.known) for item in likely if len(item.terms) <= most]
+        found += search.fitted(few[:VARIED])
+    for leading in in_order(found)[:1]:  # there the derivative tells more
+        varied = [term for term in leading.terms if any(MARK in name for name in term.free)]
+        nearer = _promised(search, leading, varied, rows)
+        found += search.fitted([(item.terms, item.known) for item in nearer])
+    if found:
+        front = simplest(in_order(found)[0], found)
+        search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
+        if pays(best, front):
+            path.append(front)
+
+
+def _promised(
+    search: Search,
+    start: Fit,
+    asked: Sequence[Term],
+    rows: Sequence[tuple[tuple[Variation, ...], Array]],
+) -> list[Promise]:
+    """Return the hypotheses beside a fit in which a number of an asked term varies, most promising first."""
+    robot, mine = search.problem.robot, frozenset(start.terms)
+    forms = {term: EFFECTS[term.effect].form_of(robot, term.free) for term in asked}
+    numbers = {term: tuple(dict.fromkeys(map(number_varied, term.free))) for term in asked}
+    local = {term for term, form in forms.items() if form.local and not _varies_by_row(term)}
+    wide: dict[Term, Term] = {}  # with all numbers that vary, and these in each part of the robot
+    for term in forms:
+        more = [name for name in numbers[term] if name not in term.free]
+        more += [part for name in numbers[term] if term in local for part in part_names(name)]
+        wide[term] = Term(term.effect, tuple(dict.fromkeys((*term.free, *more))))
+    search.probe(start, [item for item in {*asked, *wide.values()} if item not in mine])
+    found = []
+    for term, form in forms.items():
+        change = None if term in mine else search.tangents[mine, term]
+        at = beside_fit(start, term, change, form.only_varies)
+        columns = dict(at.own)
+        if wide[term] not in mine:
+            probe = search.tangents[mine, wide[term]]
+            columns |= {name: column for (_, name), column in zip(probe.keys, probe.columns.T, strict=True)}
+        usable = [(items, values) for items, values in rows if items[0].along in form.varies]
+        shaped = {item.name for item in form.parameters(robot) if item.of_shape}
+        ways: list[VaryingWay] = []
+        for name in (item for item in numbers[term] if item not in shaped):
+            ways += along_rows(name, columns[name], usable)
+            if term in local:
+                parts = [columns[part] for part in part_names(name)]
+                ways += along_robot(name, np.stack(parts, axis=1))
+        found += promises(start, at, ways, VARIED_EACH) if ways else []
+    return unlike(found, VARIED_EACH)
+
+
+def _varies_by_row(term: Term) -> bool:
+    return any(variation_of(name).along != "place" for name in term.free if MARK in name)
+
+
+def _varying_terms(problem: Problem, names: Sequence[str]) -> list[Term]:
+    """Return terms of forms whose numbers do something of their own only where they vary."""
+    return [
+        Term(name, (item.name,))
+        for name in names
+        for form in EFFECTS[name].forms
+        if form.only_varies
+        for item in form.parameters(problem.robot)
+    ]
+
+
+# ----------------------------------------------------------------------------------------------------
 # Chooses causes inside the training data: each has to pay for itself on stretches left out.
 #
 # Forward, one cause more at a time, beside each of the few best sets so far (`BEAM`): every remaining
@@ -665,6 +784,8 @@ def _searched(
             if variants[1] and len(path) == 1:
                 singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
+        if left == CHOICE_ROUNDS - 1 and _may_vary(search, path):
+            vary(search, path, (*simple, *detailed, *_varying_terms(problem, candidates)), most)
         done = search.late or within_model(problem, null, path[-1])
         if left == CHOICE_ROUNDS - 1 and not done and not settled(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
@@ -692,6 +813,14 @@ def _searched(
         path.append(nearer)
     rivals = [item for _, _, item in rivals_of(current, search.tried)]
     return singles, [item for item in rivals if as_good(current, item)]
+
+
+def _may_vary(search: Search, path: Sequence[Fit]) -> bool:
+    """Return whether it is asked whether a number varies: of held rows that no single cause settles."""
+    problem, best = search.problem, path[-1]
+    if problem.moving or problem.model_share or search.late or not isinstance(problem.twin, Prediction):
+        return False
+    return len(best.terms) > 1 or not settled(problem, best)
 
 
 def _further(problem: Problem, candidates: Sequence[str]) -> list[Term]:

@@ -43,6 +43,7 @@ from catheter_sim.diagnosis.thresholds import GAIN_CHANCE, LARGE_GAIN_PERCENT, N
 from catheter_sim.diagnosis.trials import TIP, Dataset, Trial, measured_of, unit_of
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
 from catheter_sim.effects.apply import arriving_inputs, embodied, observed
+from catheter_sim.effects.varying import varies
 from catheter_sim.simulation.replay import SimulationRun, simulate
 from catheter_sim.tables import Table
 
@@ -135,6 +136,9 @@ def replay(
     Held rows in time steps longer than the robot's own: they end at rest, wherever the steps between them
     fell. A run that so fails, or does not come to rest, is repeated in its own.
     """
+    if varies(robot):
+        run = simulate(robot, trial.inputs, gravity_mps2, dynamic=moving, ramp_s=SMOOTH_RAMP_S)
+        return _replayed(replace(robot, effects={}), trial, columns, run)
     built = embodied(robot)
     arriving = arriving_inputs(robot, trial.inputs, moving)
     if moving:

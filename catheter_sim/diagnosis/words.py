@@ -12,6 +12,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from catheter_sim.arrays import Array
+from catheter_sim.core.variation import MARK, variation_of, variation_words
 from catheter_sim.diagnosis.document import tip_mm
 from catheter_sim.diagnosis.residuals import STAGES, TESTS
 from catheter_sim.diagnosis.result import (
@@ -178,6 +179,10 @@ _FILE = re.compile(r".*\.(csv|tsv|txt|json|toml|xml|html|png|dat)|.*/.*", re.IGN
 
 def number_words(name: str) -> tuple[str, str]:
     """Return words and unit of a cause's or a calibrated number: "width_mm" is ("width", "mm")."""
+    if MARK in name:
+        item = variation_of(name)
+        text, unit = number_words(item.number)
+        return f"{text}, more {variation_words(item)}", unit
     text, unit = name_and_unit(name)
     if text in _WHOLE:
         return _WHOLE[text], unit

@@ -14,6 +14,7 @@ from catheter_sim.channels import channel_gains
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Values
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.core.variation import ALONG_ROWS
 from catheter_sim.effects.shared import (
     TO_SI,
     actuation_unit,
@@ -72,6 +73,7 @@ EFFECT = Effect(
             parameters=lambda robot: common_and_each(robot, _parameter(_COMMON), _EACH),
             groups=lambda robot: common_then_each(robot, _COMMON, _EACH),
             command=_scaled,
+            varies=tuple(along for along in ALONG_ROWS if along != "time"),  # that is drift
         ),
         Form(
             name="curved",
@@ -81,6 +83,7 @@ EFFECT = Effect(
             groups=lambda robot: common_then_each(robot, *_curves(robot)),
             command=_curved,
             further=True,
+            varies=(),
         ),
     ),
     advice={

@@ -13,10 +13,11 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import actuations
-from catheter_sim.core.effect import Form, Memory, Stage, Values
+from catheter_sim.core.effect import Form, Memory, Stage, Values, amount_of
 from catheter_sim.core.inputs import Inputs, driven_by, pulls_alone, quantity_of
 from catheter_sim.core.posture import Observed, Posture, marker_points
 from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.core.variation import MARK, number_varied
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots import check_robot, kind_of
@@ -54,9 +55,9 @@ def check_effects(robot: RobotSpec) -> None:
             raise InputError(f"{robot.name}: effects.{name}: makes no sense for this robot")
         for key, value in values.items():
             where = f"{robot.name}: effects.{name}"
-            if key not in parameters:
-                raise unknown("parameter", key, parameters, where)
-            item = parameters[key]
+            if number_varied(key) not in parameters:
+                raise unknown("parameter", number_varied(key), parameters, where)
+            item = parameters[key] if key in parameters else amount_of(parameters[number_varied(key)], key)
             if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
                 raise InputError(f"{where}.{key} = {value!r}: a number is needed")
             if not item.lower <= value <= item.upper:
@@ -100,6 +101,11 @@ def _acts(key: _Itself) -> Mapping[Stage, tuple[Act, ...]]:
     for name, effect in EFFECTS.items():
         if name not in given:
             continue
+        if any(MARK in item for item in given[name]):
+            raise InputError(
+                f"{key.robot.name}: effects.{name}.varies: `simulate`, `statics` and `diagnose` know a "
+                "number that varies; what is asked here takes it at one value"
+            )
         values = MappingProxyType({item: float(value) for item, value in given[name].items()})
         memories: list[Memory] = []
         for form in effect.forms:

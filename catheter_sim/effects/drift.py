@@ -16,12 +16,21 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Effect, Form, Parameter, Stage, Timing, Values
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.effects.shared import common_and_each, common_then_each, in_si, scale_of, sized_parameter
+from catheter_sim.effects.shared import (
+    common_and_each,
+    common_then_each,
+    in_si,
+    per_tendon,
+    scale_of,
+    sized_parameter,
+)
 from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
 
 _CREEP = ("creep", "creep_time_s")
 _RESPONSE = ("response_creep", "response_creep_time_s")
+_FADE, _FADE_OF = "fade", "fade_{}"
 _CREEP_TIME_S = 60.0  # unless it is given
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian, a minute.
 _SIZE = {"N": (50.0, 0.1), "mm": (20.0, 0.1)}
@@ -152,9 +161,32 @@ class _Response:
         return rows + values.get(_RESPONSE[0], 0.0) * (crept - rest)
 
 
+def _fades(robot: RobotSpec) -> tuple[Parameter, ...]:
+    fade = Parameter(_FADE, null=0.0, lower=-0.9, upper=2.0, scale=0.03, start=0.0)
+    return common_and_each(robot, fade, _FADE_OF)
+
+
+def _faded(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    fade = values.get(_FADE, 0.0) + per_tendon(robot, _FADE_OF, values, 0.0)
+    return replace(inputs, tendon=inputs.tendon * (1.0 + fade))
+
+
+def _shift_names(robot: RobotSpec) -> tuple[str, str]:
+    return f"shift_{scale_of(robot)}", f"shift_{{}}_{scale_of(robot)}"
+
+
+def _shifts(robot: RobotSpec) -> tuple[Parameter, ...]:
+    common, each = _shift_names(robot)
+    return common_and_each(robot, sized_parameter(robot, common, _SIZE), each)
+
+
+def _shifted(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    return replace(inputs, tendon=inputs.tendon + in_si(robot, _shift_names(robot), values))
+
+
 def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
     """Return the zero of a single channel before creep, and those of several after it."""
-    zero, *creeps = forms
+    zero, *creeps = (form for form in forms if not form.only_varies)
     return (zero, *creeps) if len(zero.freed(robot)[0]) == 1 else (*creeps, zero)
 
 
@@ -192,6 +224,26 @@ EFFECT = Effect(
             parameters=lambda robot: _creep(_RESPONSE),
             memory=_Response(),
             in_place=True,
+        ),
+        Form(
+            name="fading",
+            equation="u' = (1 + fade + fade_<channel>) * u, the fade a function of time: a response that "
+            "grows or fades",
+            stage=Stage.COMMAND,
+            parameters=_fades,
+            command=_faded,
+            only_varies=True,
+            varies=("time",),
+        ),
+        Form(
+            name="jumping",
+            equation="u' = u + shift + shift_<channel>, the shift a function of time, or of how far or how "
+            "often an input has gone: a zero that jumps or creeps",
+            stage=Stage.COMMAND,
+            parameters=_shifts,
+            command=_shifted,
+            only_varies=True,
+            varies=("time", "path", "turns"),
         ),
     ),
     advice={

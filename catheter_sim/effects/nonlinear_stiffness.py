@@ -47,6 +47,7 @@ EFFECT = Effect(
             stage=Stage.SPECIFICATION,
             parameters=_parameters,
             specify=_stiffened,
+            local=True,
         ),
         Form(
             name="quintic",

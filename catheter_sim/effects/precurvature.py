@@ -6,7 +6,7 @@ from catheter_sim.core.effect import Effect, Form, Role, Stage
 from catheter_sim.effects.shared import added_at, groups_at, parameters_at
 
 
-def _form(name: str, equation: str, role: Role) -> Form:
+def _form(name: str, equation: str, role: Role, local: bool) -> Form:
     return Form(
         name=name,
         equation=equation,
@@ -14,6 +14,7 @@ def _form(name: str, equation: str, role: Role) -> Form:
         parameters=lambda robot: parameters_at(robot, role),
         groups=lambda robot: groups_at(robot, role),
         specify=lambda robot, values: added_at(robot, role, values),
+        local=local,
     )
 
 
@@ -25,8 +26,13 @@ EFFECT = Effect(
     bench="Slacken all tendons and look at the robot from two sides. Is it straight? Turn its base "
     "by 180 deg: a bend of the robot turns with it, weight does not.",
     forms=(
-        _form("curvature", "moment = EI * (k - curvature), k the bend per length", Role.REST_CURVATURE),
-        _form("joint_bend", "moment = K * (angle - rest bend) of a joint", Role.REST_BEND),
+        _form(
+            "curvature",
+            "moment = EI * (k - curvature), k the bend per length",
+            Role.REST_CURVATURE,
+            local=True,
+        ),
+        _form("joint_bend", "moment = K * (angle - rest bend) of a joint", Role.REST_BEND, local=False),
     ),
     same_as=frozenset({Role.REST_CURVATURE}),
 )

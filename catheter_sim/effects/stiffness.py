@@ -5,10 +5,13 @@ from __future__ import annotations
 from catheter_sim.core.document import number, with_values
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.core.variation import ALONG_ROWS
 from catheter_sim.effects.shared import places
 
 _SCALE = "scale"
 _LIKELY = (0.4, 2.5)  # assumed: a material's modulus is known to a third, a thickness to a quarter, cubed
+
+_VARIES = tuple(along for along in ALONG_ROWS if along != "level")  # with the bending it is nonlinear
 
 
 def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -60,6 +63,8 @@ EFFECT = Effect(
             stage=Stage.SPECIFICATION,
             parameters=_parameters,
             specify=_scaled,
+            local=True,
+            varies=_VARIES,
         ),
         Form(
             name="section",
@@ -69,6 +74,7 @@ EFFECT = Effect(
             groups=_each,
             specify=_section_scaled,
             further=True,
+            varies=_VARIES,
         ),
     ),
     same_as=frozenset({Role.ELASTIC_SCALE, Role.ELASTIC_CONSTANT}),

@@ -80,6 +80,7 @@ EFFECT = Effect(
             stage=Stage.SHAPE,
             parameters=lambda robot: _at(robot, Role.ELEMENT_TURN, _CELLS),
             shape=_turned,
+            local=True,
         ),
     ),
     same_as=frozenset({Role.HOLE_TWIST}),

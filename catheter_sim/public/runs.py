@@ -190,6 +190,7 @@ def simulate(
         >>> len(run), run.by
         (2, 'simulation')
     """
+    from catheter_sim.effects.varying import varies
     from catheter_sim.pictures.images import PulledTendons, pulled_tendons
     from catheter_sim.pictures.offscreen import state_of
     from catheter_sim.simulation.replay import simulate as run_robot
@@ -207,9 +208,8 @@ def simulate(
             tendons.append(pulled_tendons(simulator.model, simulator.robot))
         states.append(state_of(simulator, tendons[0], states[-1] if states else None))
 
-    done = run_robot(
-        value, commanded, gravity, dynamic=moving, progress=told, on_row=None if moving else keep
-    )
+    drawn = None if moving or varies(value) else keep
+    done = run_robot(value, commanded, gravity, dynamic=moving, progress=told, on_row=drawn)
     _warn_of_limits(value, commanded)
     if done.failure is not None:
         raise SimulationDiverged(done.failure)

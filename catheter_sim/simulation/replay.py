@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.channels import outputs_of
 from catheter_sim.core.inputs import Inputs, LinkForce, row_name, slice_inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.apply import in_force
+from catheter_sim.effects.varying import mixed, mixed_postures, varies
 from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.progress import counted
 from catheter_sim.simulation.simulator import Simulator
@@ -144,6 +146,10 @@ def simulate(
     A simulation that diverges ends there; `failure` says at which row and time, and the rows before
     it are returned.
     """
+    if varies(robot):
+        if on_row is not None or others:
+            raise InputError(f"{robot.name}: a number varies: its postures alone are known, under its inputs")
+        return _of_varying(robot, inputs, gravity_mps2, dynamic, friction, ramp_s, progress)
     acting = in_force(robot, inputs, moving=dynamic)
     arriving = acting.inputs
     simulator = Simulator(acting.robot, arriving.actuation, gravity_mps2, friction, inertia=False)
@@ -186,6 +192,25 @@ def simulate(
         np.array(at_rest[:done], bool),
         failure,
     )
+
+
+def _of_varying(
+    robot: RobotSpec,
+    inputs: Inputs,
+    gravity_mps2: Array,
+    dynamic: bool,
+    friction: str,
+    ramp_s: float,
+    progress: bool,
+) -> SimulationRun:
+    """Return what is observed of a robot whose numbers vary; arguments as of `simulate`."""
+    mix = mixed(robot, inputs, outputs_of(robot).elements)
+    runs = [simulate(leaf, inputs, gravity_mps2, dynamic, friction, ramp_s, progress) for leaf in mix.robots]
+    shortest = min(runs, key=lambda run: len(run.postures))
+    done = len(shortest.postures)
+    at_rest = np.all([run.at_rest[:done] for run in runs], axis=0)
+    postures = mixed_postures(mix, [run.postures for run in runs])
+    return replace(shortest, postures=postures, at_rest=at_rest)
 
 
 def ramp(simulator: Simulator, commands: Commands, start: Array, end: Array, steps: int) -> None:

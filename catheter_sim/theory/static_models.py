@@ -10,11 +10,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from catheter_sim.arrays import Array
+from catheter_sim.channels import outputs_of
 from catheter_sim.core.inputs import Inputs, require_tip_loads_alone, with_tip_weight
 from catheter_sim.core.kind import Kind
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import StaticModel, StaticRun
 from catheter_sim.effects.apply import embodied, in_force
+from catheter_sim.effects.varying import mixed, mixed_postures, varies, without_variations
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots import KINDS, kind_of
 
@@ -52,7 +54,7 @@ class TheoryModel:
 
     def lacks(self, robot: RobotSpec) -> str:
         """Return what of `robot`, of the model's kind, it does not know, in words; "" if nothing."""
-        return self.model.lacks(embodied(robot) if robot.effects else robot)
+        return self.model.lacks(embodied(without_variations(robot)) if robot.effects else robot)
 
     def solve(self, robot: RobotSpec, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         """Return what is observed of `robot` with its effects, row after row, as inputs are commanded.
@@ -67,6 +69,10 @@ class TheoryModel:
                 balance.
         """
         require_tip_loads_alone(inputs, f"static model {self.name!r}")
+        if varies(robot):
+            mix = mixed(robot, inputs, outputs_of(robot).elements)
+            runs = [self.solve(leaf, inputs, gravity_mps2) for leaf in mix.robots]
+            return replace(runs[0], postures=mixed_postures(mix, [run.postures for run in runs]))
         acting = in_force(robot, inputs)
         arriving = with_tip_weight(acting.inputs, acting.robot.tip_mass_kg, gravity_mps2)
         run = self.law(acting.robot, arriving, gravity_mps2)

@@ -28,6 +28,7 @@ from catheter_sim.effects.apply import (
     sees_otherwise,
     shaped,
 )
+from catheter_sim.effects.varying import joints_weights, mixed, mixed_shapes, varies
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.theory.static_models import STATIC_MODELS
@@ -60,13 +61,43 @@ class Prediction:
 
     def along(self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1) -> list[Array]:
         """Return the outputs of `robots` along each of several trials, in order."""
+        if any(varies(robot) for robot in robots):
+            return [self._varied(robots, inputs, every) for inputs in trials]
+        solved = self._solved(robots, trials, self._elements(robots), every)
+        return [
+            self._outputs(robots, inputs, states, which, every)
+            for inputs, (states, which) in zip(trials, solved, strict=True)
+        ]
+
+    def _solved(
+        self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], elements: Sequence[int], every: int
+    ) -> list[tuple[TwinStates, list[int]]]:
+        """Return the states of the distinct ones among robots along each trial, and which each one is."""
         built_in, step = _built_in(robots), _step(robots, every)
         found = []
         for inputs in trials:
             distinct, arriving, which = _distinct(robots, built_in, inputs, self.gravity_mps2)
-            states = self.twin.solve(distinct, arriving, self.gravity_mps2, self._elements(robots), step)
-            found.append(self._outputs(robots, inputs, states, which, every))
+            found.append((self.twin.solve(distinct, arriving, self.gravity_mps2, elements, step), which))
         return found
+
+    def _varied(self, robots: Sequence[RobotSpec], inputs: Inputs, every: int) -> Array:
+        """Return the outputs of robots of which numbers vary, shape (B, r, o)."""
+        count = outputs_of(robots[0]).elements
+        mixes = [mixed(robot, inputs, count) for robot in robots]
+        leaves = [leaf for mix in mixes for leaf in mix.robots]
+        places = [mix.places for mix in mixes for _ in mix.rows]
+        whole = any(item is not None for item in places)
+        elements = range(count) if whole else self._elements(leaves)
+        ((states, which),) = self._solved(leaves, [inputs], elements, every)
+        outputs = self._outputs(leaves, inputs, states, which, every, places if whole else ())
+        ends = np.cumsum([len(mix.rows) for mix in mixes])
+        parts = np.split(outputs, ends[:-1])
+        return np.array(
+            [
+                np.einsum("kr,kro->ro", mix.rows[:, ::every], part)
+                for mix, part in zip(mixes, parts, strict=True)
+            ]
+        )
 
     def of_histories(self, robot: RobotSpec, histories: Sequence[Inputs]) -> Array:
         """Return the outputs of one robot along several histories of as many rows, shape (B, r, o).
@@ -77,6 +108,8 @@ class Prediction:
             robot: with its effects.
             histories: as commanded, each from rest, at the same times.
         """
+        if varies(robot):
+            return np.array([self([robot], item)[0] for item in histories])
         built_in = embodied(robot)
         arriving = [
             with_tip_weight(arriving_inputs(robot, item), built_in.tip_mass_kg, self.gravity_mps2)
@@ -99,13 +132,20 @@ class Prediction:
         states: TwinStates,
         which: Sequence[int],
         every: int,
+        places: Sequence[Array | None] = (),
     ) -> Array:
-        """Return the outputs of robots whose states are those of `which`, shape (B, r, o)."""
+        """Return the outputs of robots whose states are those of `which`, shape (B, r, o).
+
+        `places`: of which several are one, mixed element by element: the weights of each (`Mixed.places`).
+        """
         step = _step(robots, every)
         if list(which) != list(range(len(states.tension))):
             states = _repeated(states, which)
         if any(reshapes(robot) for robot in robots):
-            states = _shaped(robots, states, self.shown.elements)
+            states = _shaped(robots, states, range(states.p_w.shape[2]) if places else self.shown.elements)
+        if places:
+            states, first = _mixed_by_element(states, places, self.shown.elements)
+            robots = [robots[index] for index in first]
         if self.shown.markers:
             states = replace(states, p_w=with_markers(self.shown, robots, states.p_w, states.R_w))
         if any(sees_otherwise(robot) for robot in robots):
@@ -124,20 +164,19 @@ class MovingPrediction(Prediction):
 
     twin: MovingTwin
 
-    def along(self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], every: int = 1) -> list[Array]:
-        """Return the outputs of `robots` along each of several trials, in order."""
+    def _solved(
+        self, robots: Sequence[RobotSpec], trials: Sequence[Inputs], elements: Sequence[int], every: int
+    ) -> list[tuple[TwinStates, list[int]]]:
+        """Return the states of the distinct ones among robots along each trial, and which each one is."""
         built_in = _built_in(robots)
         asked = [_distinct(robots, built_in, inputs, moving=True) for inputs in trials]
         found = self.twin.solve_trials(
             [(distinct, arriving) for distinct, arriving, _ in asked],
             self.gravity_mps2,
-            self._elements(robots),
+            elements,
             _step(robots, every),
         )
-        return [
-            self._outputs(robots, inputs, states, which, every)
-            for inputs, states, (_, _, which) in zip(trials, found, asked, strict=True)
-        ]
+        return [(states, which) for states, (_, _, which) in zip(found, asked, strict=True)]
 
 
 def along(
@@ -240,6 +279,50 @@ def _shaped(robots: Sequence[RobotSpec], states: TwinStates, elements: Sequence[
     wanted = list(elements)
     p_w, R_w = (np.array(part)[:, :, wanted] for part in zip(*found, strict=True))
     return replace(states, p_w=p_w, R_w=R_w)
+
+
+def _mixed_by_element(
+    states: TwinStates, places: Sequence[Array | None], elements: Sequence[int]
+) -> tuple[TwinStates, list[int]]:
+    """Return some elements' states of robots that are mixed of several, and the first one of each.
+
+    A joint's angle is that of the robot whose element it belongs to; a tension is the mean by weight.
+
+    Args:
+        states: of all elements of the robots that are mixed, those of one after one another.
+        places: weight of each at each element, shape (L, n), of every robot; None: it is one by itself.
+        elements: wanted.
+    """
+    counts = [1 if item is None else len(item) for item in places]
+    first = [int(start) for start in np.cumsum([0, *counts[:-1]])]
+    own = [slice(start, start + count) for start, count in zip(first, counts, strict=True)]
+    shapes = [
+        (states.p_w[part][0], states.R_w[part][0])
+        if weights is None
+        else mixed_shapes(states.p_w[part], states.R_w[part], weights)
+        for part, weights in zip(own, places, strict=True)
+    ]
+    p_w, R_w = (np.array(part)[:, :, list(elements)] for part in zip(*shapes, strict=True))
+
+    def angles() -> Array:
+        every = states.joint_angles()
+        found = []
+        for part, weights in zip(own, places, strict=True):
+            if weights is None:
+                found.append(every[part][0])
+                continue
+            found.append(np.einsum("lrj,lj->rj", every[part], joints_weights(weights, every.shape[2])))
+        return np.array(found)
+
+    tension = np.array(
+        [
+            states.tension[part][0]
+            if weights is None
+            else np.einsum("lrt,l->rt", states.tension[part], weights.mean(axis=1))
+            for part, weights in zip(own, places, strict=True)
+        ]
+    )
+    return TwinStates(p_w, R_w, angles, tension), first
 
 
 def _observed(robots: Sequence[RobotSpec], states: TwinStates, time_s: Array, tip: int | None) -> TwinStates:

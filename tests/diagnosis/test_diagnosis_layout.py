@@ -17,6 +17,7 @@ ORDER = (
     ("document", "fit", "programmes", "residuals"),
     ("intervals", "noise", "words"),
     ("faults_of_columns", "pictures", "workers"),
+    ("variations",),
     ("comparison", "faults_of_readings", "faults_of_trials", "floor", "report", "verdict"),
     ("prepare", "search", "pruning"),
     ("choose", "hypotheses"),

@@ -1,0 +1,254 @@
+"""How a number of a cause may vary: as a value, as a name, and as a table in a file.
+
+The number is its own value plus the sum of its variations, each `by` times a course between 0 and about 1. A
+course is a function of the row, or of the place along the robot. In `robot.effects` a variation stands beside
+its number, under a name that says all but how much ("scale~time.step(37.5)"); in files it is a table:
+
+    [[effects.stiffness.varies]]
+    number = "scale"
+    with = "time"
+    shape = "step"
+    at = [37.5]
+    by = -0.3
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.errors import InputError, unknown
+
+MARK = "~"  # between a number's name and what it varies with
+_NAME = re.compile(r"(?P<number>\w+)~(?P<along>\w+)\.(?P<shape>\w+)(?:@(?P<channel>\w+))?\((?P<at>[^()]*)\)")
+
+# ----------------------------------------------------------------------------------------------------
+# What a number may vary with, and in which shapes. A shape says how many fixed numbers it has (`at`).
+
+
+def _waiting(level: Array, at: Sequence[float]) -> Array:
+    """Return 1 - exp(-x/T)."""
+    return -np.expm1(-level / at[0])
+
+
+def _hat(level: Array, at: Sequence[float]) -> Array:
+    """Return a hat that is 1 at the middle one of three levels and 0 from the outer ones on."""
+    low, middle, high = at
+    return np.interp(level, [low, middle, high], [float(low == middle), 1.0, float(high == middle)])
+
+
+def _ramp(level: Array, at: Sequence[float]) -> Array:
+    """Return 0 up to the first level and 1 at the second, on in proportion."""
+    return np.maximum(level - at[0], 0.0) / max(at[1] - at[0], 1e-12)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How a number varies.
+
+    Attributes:
+        count: numbers in `at`.
+        of: the course by what it varies with (r,) and `at`.
+        words: for a report, with `{}` for each number of `at`.
+    """
+
+    count: int
+    of: Callable[[Array, Sequence[float]], Array]
+    words: str
+
+
+SHAPES: Mapping[str, Shape] = {
+    "linear": Shape(1, lambda x, at: x / at[0], "in proportion, so much at {}"),
+    "saturating": Shape(1, _waiting, "toward an end, with the constant {}"),
+    "logarithmic": Shape(1, lambda x, at: np.log1p(x / at[0]), "by the logarithm of 1 + x / {}"),
+    "step": Shape(1, lambda x, at: (x > at[0]).astype(float), "at once beyond {}"),
+    "ramp": Shape(2, _ramp, "from {} on, so much at {}"),
+    "hat": Shape(3, _hat, "about {1}, none from {0} and {2} on"),
+    "between": Shape(2, lambda x, at: ((x > at[0]) & (x <= at[1])).astype(float), "from {} to {}"),
+}
+
+# With what: of a trial's time; of one input: its size, its sign, whether it rises; what came before: the way
+# it has gone, its largest size so far, how often it has turned; the place along the robot, as a share.
+ALONG: Mapping[str, tuple[str, ...]] = {
+    "time": ("linear", "saturating", "logarithmic", "step", "ramp", "hat", "between"),
+    "level": ("linear", "step", "ramp", "hat"),
+    "sign": ("step",),
+    "direction": ("step",),
+    "path": ("linear", "saturating", "logarithmic", "step", "hat"),
+    "largest": ("linear", "step", "hat"),
+    "turns": ("linear", "saturating", "step", "hat"),
+    "place": ("between",),
+}
+ALONG_ROWS = tuple(name for name in ALONG if name != "place")
+OF_CHANNEL = ("level", "sign", "direction", "path", "largest", "turns")
+
+
+@dataclass(frozen=True)
+class Variation:
+    """With what a number varies and how, but for how much.
+
+    Attributes:
+        number: the parameter's name.
+        along: what it varies with, of `ALONG`.
+        shape: of `SHAPES`.
+        channel: the input column ("tension_right_N"), "" of time and place.
+        at: the shape's numbers: seconds, shares of the length, turns, or the unit of the channel.
+    """
+
+    number: str
+    along: str
+    shape: str
+    channel: str = ""
+    at: tuple[float, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The name under which it stands beside its number."""
+        channel = f"@{self.channel}" if self.channel else ""
+        at = ",".join(f"{value:.6g}" for value in self.at)
+        return f"{self.number}{MARK}{self.along}.{self.shape}{channel}({at})"
+
+
+_WITH = {"time": "time", "place": "the place along it", "level": "the size of {}", "sign": "the sign of {}"}
+_WITH |= {
+    "direction": "the direction of {}",
+    "path": "the way gone by {}",
+    "largest": "the largest {} so far",
+}
+_WITH |= {"turns": "the turns of {}"}
+_UNITS = {"time": " s", "place": " of the length", "turns": ""}
+
+
+def variation_words(item: Variation) -> str:
+    """Return with what a number varies and how: "with time, at once beyond 37.5 s"."""
+    channel, _, unit = item.channel.rpartition("_")
+    what = _WITH[item.along].format(channel.replace("_", " "))
+    if item.along in ("sign", "direction"):
+        return f"with {what}, so much above zero"
+    at = [f"{value:g}{_UNITS.get(item.along, f' {unit}')}" for value in item.at]
+    return f"with {what}, {SHAPES[item.shape].words.format(*at)}"
+
+
+def said_of(name: str) -> str:
+    """Return a number's name, or the words for by how much it varies."""
+    if MARK not in name:
+        return name
+    item = variation_of(name)
+    return f"{item.number}, more {variation_words(item)}"
+
+
+def number_varied(name: str) -> str:
+    """Return the number that a name stands for, or that it says varies."""
+    return name.partition(MARK)[0]
+
+
+@lru_cache(maxsize=4096)
+def variation_of(name: str) -> Variation:
+    """Return what a name under an effect says of how its number varies.
+
+    Raises:
+        InputError: it says nothing that a number may do.
+    """
+    match = _NAME.fullmatch(name)
+    if match is None:
+        raise InputError(f"{name!r}: varies as in {Variation('scale', 'time', 'step', at=(60.0,)).name}")
+    try:
+        at = tuple(float(part) for part in match["at"].split(",") if part)
+    except ValueError:
+        raise InputError(f"{name!r}: numbers are needed in the brackets") from None
+    return checked(Variation(match["number"], match["along"], match["shape"], match["channel"] or "", at))
+
+
+def checked(item: Variation, where: str = "varies") -> Variation:
+    """Return a variation that is possible.
+
+    Raises:
+        InputError: what it varies with or its shape is not known, or its numbers are not those of its shape.
+    """
+    if item.along not in ALONG:
+        raise unknown("with", item.along, ALONG, where)
+    if item.shape not in ALONG[item.along]:
+        raise unknown("shape", item.shape, ALONG[item.along], f"{where} with {item.along}")
+    count = SHAPES[item.shape].count
+    if len(item.at) != count or not np.isfinite(item.at).all() or list(item.at) != sorted(item.at):
+        needed = f"{count} finite number{'s' if count > 1 else ''}, the smallest first, are needed"
+        raise InputError(f"{where}: at = {list(item.at)}: {needed}")
+    if item.shape in ("linear", "saturating", "logarithmic") and item.at[0] <= 0.0:
+        raise InputError(f"{where}: at = {list(item.at)}: must be above zero")
+    if bool(item.channel) != (item.along in OF_CHANNEL):
+        said = "has no channel" if item.channel else "needs a channel"
+        raise InputError(f"{where}: with = {item.along!r} {said}")
+    return item
+
+
+# ----------------------------------------------------------------------------------------------------
+# In files: a table for each variation, in the place of its name.
+
+_KEYS = ("number", "with", "shape", "channel", "at", "by")
+
+
+def tables_of(values: Mapping[str, float]) -> dict[str, Any]:
+    """Return an effect's values as files have them: plain numbers, and a list of tables `varies`."""
+    found: dict[str, Any] = {name: value for name, value in values.items() if MARK not in name}
+    tables = [table_of(variation_of(name), value) for name, value in values.items() if MARK in name]
+    return found | ({"varies": tables} if tables else {})
+
+
+def table_of(item: Variation, by: float) -> dict[str, Any]:
+    """Return a variation as a table in a file."""
+    channel = {"channel": item.channel} if item.channel else {}
+    return {
+        "number": item.number,
+        "with": item.along,
+        "shape": item.shape,
+        **channel,
+        "at": list(item.at),
+        "by": by,
+    }
+
+
+def read_tables(document: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return a robot's document with its effects' tables `varies` under their names.
+
+    Raises:
+        InputError: a table is not what it must be; the message names the key.
+    """
+    effects = document.get("effects")
+    if not isinstance(effects, Mapping):
+        return document
+    found: dict[str, Any] = {}
+    for effect, values in effects.items():
+        if not isinstance(values, Mapping) or "varies" not in values:
+            found[effect] = values
+            continue
+        said = f"{where}: effects.{effect}.varies"
+        if not isinstance(values["varies"], list):
+            raise InputError(f"{said}: tables are needed, as [[effects.{effect}.varies]]")
+        found[effect] = {name: value for name, value in values.items() if name != "varies"}
+        found[effect] |= dict(_read(values["varies"], said))
+    return document | {"effects": found}
+
+
+def _read(tables: Sequence[Any], where: str) -> Iterator[tuple[str, Any]]:
+    for index, table in enumerate(tables):
+        said = f"{where}[{index}]"
+        if not isinstance(table, Mapping):
+            raise InputError(f"{said}: a table is needed")
+        for key in table:
+            if key not in _KEYS:
+                raise unknown("key", str(key), _KEYS, said)
+        missing = [key for key in _KEYS if key not in table and key != "channel"]
+        if missing:
+            raise InputError(f"{said}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
+        at = table["at"] if isinstance(table["at"], list) else [table["at"]]
+        if any(isinstance(value, bool) or not isinstance(value, int | float) for value in (*at, table["by"])):
+            raise InputError(f"{said}: at, by: numbers are needed")
+        number, along, shape, channel = (str(table.get(key, "")) for key in _KEYS[:4])
+        item = checked(Variation(number, along, shape, channel, tuple(float(value) for value in at)), said)
+        yield item.name, float(table["by"])

@@ -1,0 +1,312 @@
+"""Looks for numbers that vary, by derivatives alone: one solution of the robot tells of hundreds of courses.
+
+A number's derivative, row by row, times a course is the derivative by how far the number varies so. Every
+course of every number of every cause is ranked by the stretches left out; only the few best are fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from catheter_sim.arrays import Array
+from catheter_sim.channels import input_channels
+from catheter_sim.core.variation import MARK, SHAPES, Variation, variation_of
+from catheter_sim.diagnosis.fit import Fit, fold_of
+from catheter_sim.diagnosis.problem import Problem, Term, prior_of
+from catheter_sim.diagnosis.trials import measured_of
+from catheter_sim.diagnosis.workers import Tangent, beside
+from catheter_sim.effects.varying import argument
+
+QUANTILES = tuple(share / 100.0 for share in range(6, 95, 4))
+"""[shares of the rows] Where a number may step. Why: a step in time is to be told to a fifth of the
+record, and a derivative costs next to nothing."""
+KNOTS = (0.2, 0.4, 0.6, 0.8)
+"""[shares of the rows] Of a curve, besides none and the most. Why: assumed; five numbers, each of a
+fifth of the rows."""
+PARTS = 8
+"""[parts of the length] Whose numbers may differ. Why: a place is to be told to 15 % of the length."""
+RIDGE = 1e-6
+"""[share of the diagonal] Keeps the matrix regular where two numbers do the same. Why: next to none."""
+MOST_WEIGHED = 24
+"""[ways] Of a term, the best by what they were fitted to, weighed by stretches left out. Why: a step has as
+many places; of all kinds the best come first."""
+NOTHING_NEW = 1e-2
+"""[share of a derivative] Beyond the numbers that are fitted, below which varying does nothing new. Why: a
+hundredth of it is noise."""
+FEWEST_ROWS = 8
+"""[rows] With a course above zero, and without. Why: assumed; fewer are a few wild rows."""
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A hypothesis in which a number varies, and what its derivative promises.
+
+    Attributes:
+        terms: the hypothesis.
+        known: where to start, by effect and parameter.
+        cost: sum of squares on stretches left out, to first order.
+        effect: of which a number varies.
+        kind: number, what it varies with, channel and shape.
+    """
+
+    terms: tuple[Term, ...]
+    known: Mapping[tuple[str, str], float]
+    cost: float
+    effect: str
+    kind: tuple[str, ...]
+
+
+def courses(problem: Problem) -> Iterator[tuple[Variation, ...]]:
+    """Yield how a number may vary along `problem`'s trials, but for the number: each with `number` empty.
+
+    Several together are a curve: a hat at each of its knots but the first.
+    """
+    for along, channel in _arguments(problem):
+        levels = np.concatenate(_levels(problem, along, channel))
+        if along in ("sign", "direction"):
+            if (levels > 0.0).any() and (levels < 0.0).any():
+                yield (Variation("", along, "step", channel, (0.0,)),)
+            continue
+        most = _rounded(float(levels.max()))
+        if most <= 0.0:
+            continue
+        ways: list[tuple[str, tuple[float, ...]]] = []
+        if along != "largest":
+            ways.append(("linear", (most,)))
+        if along in ("time", "path", "turns"):
+            ways += [("saturating", (_rounded(share * most),)) for share in (0.05, 0.3)]
+        if along in ("time", "path"):
+            ways.append(("logarithmic", (_rounded(0.01 * most),)))
+        places = sorted({_rounded(float(value)) for value in np.quantile(levels[levels > 0.0], QUANTILES)})
+        for place in (value for value in places if value < most):
+            ways.append(("step", (place,)))
+            if along in ("time", "level"):
+                ways.append(("ramp", (place, most)))
+        for shape, at in ways:
+            yield (Variation("", along, shape, channel, at),)
+        knots = sorted(
+            {0.0, most, *(_rounded(float(value)) for value in np.quantile(levels[levels > 0.0], KNOTS))}
+        )
+        if along in ("time", "level", "path") and len(knots) > 3:
+            ends = zip(knots, knots[1:], [*knots[2:], knots[-1]], strict=False)
+            yield tuple(Variation("", along, "hat", channel, at) for at in ends)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _arguments(problem: Problem) -> Iterator[tuple[str, str]]:
+    yield "time", ""
+    for channel in input_channels(problem.robot, problem.trials[0].inputs.actuation):
+        for along in ("level", "sign", "direction", "path", "largest", "turns"):
+            yield along, channel
+
+
+def _levels(problem: Problem, along: str, channel: str) -> list[Array]:
+    """Return what numbers vary with at the rows compared, an array of each trial."""
+    return [
+        argument(problem.robot, trial.inputs, along, channel)[:: problem.every] for trial in problem.trials
+    ]
+
+
+def course_of(problem: Problem, item: Variation) -> Array:
+    """Return how far a variation has come at each residual, shape (n,)."""
+    parts = []
+    for trial, level in zip(problem.trials, _levels(problem, item.along, item.channel), strict=True):
+        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+        values = SHAPES[item.shape].of(level, item.at)
+        parts.append(np.broadcast_to(values[:, np.newaxis], finite.shape)[finite])
+    return np.concatenate(parts)
+
+
+def places() -> Iterator[Variation]:
+    """Yield the parts of a robot whose numbers may differ: up to half of it, by `PARTS`."""
+    for width in range(1, PARTS // 2 + 1):
+        for first in range(PARTS - width + 1):
+            ends = first / PARTS, (first + width) / PARTS
+            yield Variation("", "place", "between", "", (round(ends[0], 4), round(ends[1], 4)))
+
+
+# ----------------------------------------------------------------------------------------------------
+# What a course promises beside a fit: least squares with the derivatives, stretches left out.
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A term beside a fit, to first order.
+
+    Attributes:
+        effect: of the term whose numbers may vary.
+        terms: the fit's hypothesis with it.
+        error: the residual with its numbers where they start, shape (n,).
+        columns: the derivative by every number that is fitted, by effect and parameter, shape (n,) each.
+        own: the derivative by each number of the fit and the term, varying ones too, by parameter, (n,) each.
+    """
+
+    effect: str
+    terms: tuple[Term, ...]
+    error: Array
+    columns: Mapping[tuple[str, str], Array]
+    own: Mapping[str, Array]
+
+
+def beside_fit(current: Fit, term: Term, change: Tangent | None, only: bool = False) -> Beside:
+    """Return what a term is beside a fit.
+
+    Args:
+        current: the fit.
+        term: whose numbers may vary; how they vary in the fit already is taken out, to first order.
+        change: its tangent there; None: the fit has the term.
+        only: its numbers are not fitted themselves, only by how much they vary.
+    """
+    columns = {item.key: column for item, column in zip(current.numbers, current.jacobian.T, strict=True)}
+    terms, error = current.terms, current.residual
+    if change is not None:
+        terms, error = beside(current.terms, term), change.error
+        columns |= dict(zip(change.keys, change.columns.T, strict=True))
+    for item, value in zip(current.numbers, current.x, strict=True) if change is None else ():
+        if item.effect == term.effect and MARK in item.parameter.name:
+            error = error - float(value) * columns[item.key]
+    numbers = tuple(name for name in term.free if MARK not in name)
+    own = {name: column for (effect, name), column in columns.items() if effect == term.effect}
+    kept = () if only else numbers
+    columns = {key: column for key, column in columns.items() if key[0] != term.effect or key[1] in kept}
+    terms = tuple(replace(item, free=kept) if item.effect == term.effect else item for item in terms)
+    return Beside(term.effect, terms, error, columns, own)
+
+
+@dataclass(frozen=True)
+class VaryingWay:
+    """A way in which a number may vary, with the derivative by how far it does, shape (n, k)."""
+
+    names: tuple[str, ...]
+    columns: Array
+
+
+def along_rows(
+    number: str, own: Array, found: Sequence[tuple[tuple[Variation, ...], Array]]
+) -> list[VaryingWay]:
+    """Return how a number may vary from row to row.
+
+    Args:
+        number: its name.
+        own: the derivative by it, shape (n,).
+        found: courses with their values at the residuals, shape (n, k) each (`telling`).
+    """
+    return [
+        VaryingWay(tuple(replace(item, number=number).name for item in items), values * own[:, np.newaxis])
+        for items, values in found
+    ]
+
+
+def along_robot(number: str, parts: Array) -> list[VaryingWay]:
+    """Return how a number may vary along the robot, by its derivative in each part, (n, `PARTS`)."""
+    middles = (np.arange(PARTS) + 0.5) / PARTS
+    return [
+        VaryingWay(
+            (replace(item, number=number).name,),
+            (parts @ SHAPES[item.shape].of(middles, item.at))[:, np.newaxis],
+        )
+        for item in places()
+    ]
+
+
+def part_names(number: str) -> tuple[str, ...]:
+    """Return the names by which a number varies in each part of the robot alone."""
+    return tuple(
+        replace(item, number=number).name
+        for item in places()
+        if round(PARTS * (item.at[1] - item.at[0])) == 1
+    )
+
+
+def telling(problem: Problem) -> list[tuple[tuple[Variation, ...], Array]]:
+    """Return the courses that are more and less than half of their most at enough rows, with their values.
+
+    Values are those at the residuals, shape (n, k); a curve has one for each of its hats.
+    """
+    found = []
+    for items in courses(problem):
+        values = np.stack([course_of(problem, item) for item in items], axis=1)
+        if all(_tells(column) for column in values.T):
+            found.append((items, values))
+    return found
+
+
+def _tells(values: Array) -> bool:
+    more = values > 0.5 * values.max()
+    return min(int(more.sum()), int((~more).sum())) >= FEWEST_ROWS
+
+
+def promises(current: Fit, at: Beside, ways: Sequence[VaryingWay], each: int) -> list[Promise]:
+    """Return what varying numbers of a term promise beside a fit, the `each` best of them, best first.
+
+    What is known of calibrated numbers beforehand counts as further residuals, which are never left out.
+    """
+    base = np.stack(list(at.columns.values()), axis=1) if at.columns else np.zeros((len(at.error), 0))
+    known = _known(current, at)
+    base = np.concatenate([base, np.diag(known[0])])
+    error = np.concatenate([at.error, known[1]])
+    nothing = [np.zeros((len(known[0]), len(way.names))) for way in ways]
+    ways = [
+        VaryingWay(way.names, np.concatenate([way.columns, zeros]))
+        for way, zeros in zip(ways, nothing, strict=True)
+    ]
+    within, _ = np.linalg.qr(base)
+    left = error - within @ (within.T @ error)
+    gains = []
+    for way in ways:
+        beyond = way.columns - within @ (within.T @ way.columns)
+        turned, size, _ = np.linalg.svd(beyond, full_matrices=False)
+        use = size > NOTHING_NEW * np.linalg.norm(way.columns)
+        gains.append(float(((turned[:, use].T @ left) ** 2).sum()))
+    fold = np.concatenate([fold_of(current.block), np.full(len(known[0]), -1)])
+    best = np.argsort(-np.array(gains))[:MOST_WEIGHED]
+    found = [_promise(current, at, (error, base, fold), ways[index]) for index in best]
+    return unlike(found, each)
+
+
+def _known(current: Fit, at: Beside) -> tuple[Array, Array]:
+    """Return roots of the prior's precisions of the fitted numbers, and how far each is from its middle."""
+    prior = prior_of(current.numbers)
+    root = np.sqrt(prior.precision)
+    away = root * (current.x - prior.middle)
+    rows = {item.key: pair for item, *pair in zip(current.numbers, root, away, strict=True)}
+    found = np.array([rows.get(key, (0.0, 0.0)) for key in at.columns]).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
+
+
+def _promise(
+    current: Fit, at: Beside, beside_it: tuple[Array, Array, np.ndarray], way: VaryingWay
+) -> Promise:
+    """Return what a way promises beside error, derivatives by the numbers that are fitted, and folds."""
+    error, base, fold = beside_it
+    columns = np.concatenate([base, way.columns], axis=1)
+    square, slope = columns.T @ columns, columns.T @ error
+    damp = RIDGE * np.diag(np.diag(square)) + 1e-12 * np.eye(len(square))
+    cost = 0.0
+    for index in np.unique(fold[fold >= 0]):
+        out = fold == index
+        part, rest = columns[out], error[out]
+        step = np.linalg.solve(square - part.T @ part + damp, slope - part.T @ rest)
+        cost += float(((rest - part @ step) ** 2).sum())
+    varied = tuple(
+        Term(one.effect, (*one.free, *way.names)) if one.effect == at.effect else one for one in at.terms
+    )
+    first = variation_of(way.names[0])
+    kind = first.number, first.along, first.channel, first.shape
+    return Promise(varied, dict(current.values), cost, at.effect, kind)
+
+
+def unlike(found: Sequence[Promise], each: int) -> list[Promise]:
+    """Return the most promising hypotheses, of each effect `each`, and of each kind one."""
+    kept: list[Promise] = []
+    for promise in sorted(found, key=lambda item: item.cost):
+        own = [item for item in kept if item.effect == promise.effect]
+        if len(own) < each and all(item.kind != promise.kind for item in own):
+            kept.append(promise)
+    return kept

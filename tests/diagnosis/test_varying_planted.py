@@ -1,0 +1,147 @@
+"""A number that varies is found where it does: data whose robot changes by code of this file alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import catheter_sim as cs
+from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.variation import MARK, variation_of
+from catheter_sim.diagnosis.prepare import pose, prepare
+from catheter_sim.diagnosis.search import Selection, select
+from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.robots.continuum.spec import ContinuumRobot
+from catheter_sim.theory.twins import twin_for
+
+ROBOT = "neuroendoscope_section"
+TIP = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
+SHAPE = (*TIP, "body_12_x_mm", "body_12_z_mm", "body_20_x_mm", "body_20_z_mm")
+NOISE_MM = 0.15
+LENGTH_S, ROWS, TRIALS = 120.0, 110, 6
+Law = Callable[[Inputs], np.ndarray]
+
+
+def specified(friction: bool = True) -> ContinuumRobot:
+    robot = load_robot(ROBOT)
+    assert isinstance(robot, ContinuumRobot)
+    return robot if friction else replace(robot, friction=replace(robot.friction, mu=0.0))
+
+
+def tips(robot: ContinuumRobot, inputs: Inputs) -> np.ndarray:
+    predict = twin_for(robot, "tension", SHAPE, np.zeros(3))
+    return predict([robot], inputs)[0]
+
+
+def measured(law: Law, robot: ContinuumRobot | None = None, names: Sequence[str] = TIP) -> Dataset:
+    """Return trials in which both tendons are pulled slowly, with white noise."""
+    draw = np.random.default_rng(1)
+    time_s = np.linspace(0.0, LENGTH_S, ROWS)
+    tables = []
+    for _ in range(TRIALS):
+        columns: dict[str, Any] = {"time_s": time_s}
+        for side in ("right", "left"):
+            pace, turn, size = draw.uniform(0.03, 0.12), draw.uniform(0.0, 6.0), draw.uniform(0.12, 0.25)
+            wave = np.clip(np.sin(pace * time_s + turn) * np.cos(0.3 * pace * time_s), 0.0, None)
+            columns[f"tension_{side}_N"] = size * wave * np.clip(time_s / 5.0, 0.0, 1.0)
+        what = law(cs.inputs(ROBOT, columns))
+        noisy = what + NOISE_MM * draw.normal(size=what.shape)
+        tables.append(columns | {name: noisy[:, SHAPE.index(name)] for name in names})
+    return cs.dataset(robot or ROBOT, tables)
+
+
+def softens_at_47_s(inputs: Inputs) -> np.ndarray:
+    """Return the tip of a robot that gives way all at once: three quarters as stiff from 47 s on."""
+    (segment,) = specified().segments
+    soft = replace(segment, bending_stiffness_N_m2=0.75 * segment.bending_stiffness_N_m2)
+    before, after = tips(specified(), inputs), tips(replace(specified(), segments=(soft,)), inputs)
+    return np.where((inputs.time_s > 47.0)[:, np.newaxis], after, before)
+
+
+def fades(inputs: Inputs) -> np.ndarray:
+    """Return the tip of a robot that is pulled less and less: by 12 % in two minutes."""
+    kept = 1.0 - 0.12 * inputs.time_s / LENGTH_S
+    return tips(specified(), replace(inputs, tendon=inputs.tendon * kept[:, np.newaxis]))
+
+
+def far_half_is_soft(inputs: Inputs) -> np.ndarray:
+    """Return the tip of a robot of two segments, the far one 0.65 times as stiff, without friction."""
+    robot = specified(friction=False)
+    (whole,) = robot.segments
+    size = {"length_m": whole.length_m / 2.0, "disks": whole.disks // 2, "mass_kg": whole.mass_kg / 2.0}
+    near = replace(whole, name="near", **size)
+    far = replace(near, name="far", bending_stiffness_N_m2=0.65 * whole.bending_stiffness_N_m2)
+    tendons = tuple(replace(item, ends_at="far") for item in robot.tendons)
+    return tips(replace(robot, segments=(near, far), tendons=tendons), inputs)
+
+
+def searched(
+    law: Law, causes: list[str], robot: ContinuumRobot | None = None, names: Sequence[str] = TIP
+) -> Selection:
+    posed = pose(prepare(measured(law, robot, names)))
+    return select(posed.train, causes)
+
+
+def varied(selection: Selection) -> tuple[list[str], Any, float]:
+    """Return the chosen causes, how a number of the first varies, and by how much."""
+    (term,) = (item for item in selection.chosen.terms if any(MARK in name for name in item.free))
+    (name,) = (name for name in term.free if MARK in name)
+    return [*selection.chosen.causes], variation_of(name), selection.chosen.values[term.effect, name]
+
+
+def test_a_step_in_time_is_found() -> None:
+    """To a tenth of the record, among causes that do nearly the same."""
+    causes, how, by = varied(searched(softens_at_47_s, ["stiffness", "tendon_friction"]))
+    assert causes == ["stiffness"]
+    assert (how.along, how.shape) == ("time", "step")
+    assert abs(how.at[0] - 47.0) < 0.1 * LENGTH_S
+    assert by == pytest.approx(-0.25, abs=0.04)
+
+
+def test_a_soft_half_is_found() -> None:
+    """Its place to 15 % of the length, where points on the way are measured; the tip alone hardly tells."""
+    robot = specified(friction=False)
+    causes, how, by = varied(searched(far_half_is_soft, ["stiffness", "nonlinear_stiffness"], robot, SHAPE))
+    assert causes == ["stiffness"]
+    assert how.along == "place"
+    ends = (how.at[0], how.at[1]) if by < 0.0 else (how.at[1], 1.0)  # a stiff near half is a soft far one
+    assert abs(ends[0] - 0.5) <= 0.15
+    assert abs(ends[1] - 1.0) <= 0.15
+
+
+def test_what_stays_the_same_does_not_vary() -> None:
+    """A stiffness that is wrong alike everywhere and always is told so."""
+
+    def soft(inputs: Inputs) -> np.ndarray:
+        (segment,) = specified().segments
+        changed = replace(segment, bending_stiffness_N_m2=0.75 * segment.bending_stiffness_N_m2)
+        return tips(replace(specified(), segments=(changed,)), inputs)
+
+    chosen = searched(soft, ["stiffness", "nonlinear_stiffness"]).chosen
+    assert chosen.causes == ("stiffness",)
+    assert not any(MARK in name for term in chosen.terms for name in term.free)
+
+
+@pytest.mark.slow  # whole diagnoses
+@pytest.mark.parametrize(
+    ("law", "cause", "along"),
+    [
+        (softens_at_47_s, "stiffness", "time"),
+        (fades, "drift", "time"),
+        (far_half_is_soft, "stiffness", "place"),
+    ],
+)
+def test_a_diagnosis_names_it(law: Law, cause: str, along: str, tmp_path: Any) -> None:
+    """With more than 0.5, and 90 % of what it does taken away; fades also as a stiffness that grows."""
+    found = cs.diagnose(measured(law), tmp_path)
+    assert found.verdict == "cause_found"
+    named = found.causes[0]
+    assert cause in named.one_of
+    assert along in {variation_of(name).along for name in named.parameters if MARK in name}
+    assert found.headline.rmse_after < 0.3 * found.headline.rmse_before
+    assert found.headline.rmse_after < 1.1 * NOISE_MM
