@@ -13,9 +13,12 @@ import catheter_sim as cs
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.variation import MARK, variation_of
+from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.prepare import pose, prepare
+from catheter_sim.diagnosis.problem import Term, with_fewer_rows
 from catheter_sim.diagnosis.search import Selection, select
 from catheter_sim.diagnosis.trials import Dataset
+from catheter_sim.diagnosis.variations import along_rows, beside_fit, promises, telling
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.theory.twins import twin_for
 
@@ -125,6 +128,22 @@ def test_what_stays_the_same_does_not_vary() -> None:
     chosen = searched(soft, ["stiffness", "nonlinear_stiffness"]).chosen
     assert chosen.causes == ("stiffness",)
     assert not any(MARK in name for term in chosen.terms for name in term.free)
+
+
+def test_a_derivative_promises_what_a_fit_keeps() -> None:
+    """No course of rows stands for a soft half: with the half taken out none promises much less than is left.
+
+    Calibrated numbers stay where they may be; free of that, they would take up most of it.
+    """
+    posed = pose(prepare(measured(far_half_is_soft, specified(friction=False), SHAPE)))
+    problem = with_fewer_rows(posed.train)
+    term = Term("stiffness", ("scale", "scale~place.between(0.5,1)"))
+    found, uniform = fit(problem, (term,)), fit(problem, (Term("stiffness", ("scale",)),))
+    at = beside_fit(found, term, None)
+    best = promises(found, at, along_rows("scale", at.own["scale"], telling(problem)), 1)[0]
+    promised = np.sqrt(best.cost / len(found.residual))
+    assert 0.9 * uniform.cross_validated_rms < promised < 1.1 * uniform.cross_validated_rms
+    assert uniform.cross_validated_rms > 1.3 * found.cross_validated_rms
 
 
 @pytest.mark.slow  # whole diagnoses
