@@ -261,8 +261,7 @@ class Form:
             tries it only on data that were taken while the robot moved.
         local: how an element moves relative to the one before it depends on the numbers there alone, so that
             they may vary along the robot.
-        varies: what a diagnosis lets its numbers vary with, besides the place along the robot (`local`). What
-            equals another form or cause is left to that one.
+        varies: what a diagnosis lets its numbers vary with, if not what its cause says.
         only_varies: its numbers do something else than those of another form only where they vary: a
             diagnosis fits by how much they do, and they stay at what does nothing.
         timing: of `memory` with these values, where MJCF has it; an exported file then carries it.
@@ -282,7 +281,7 @@ class Form:
     further: bool = False
     in_motion: bool = False
     local: bool = False
-    varies: tuple[str, ...] = ALONG_ROWS
+    varies: tuple[str, ...] | None = None
     only_varies: bool = False
     timing: Callable[[Values], Timing] | None = None
 
@@ -309,6 +308,8 @@ class Effect:
         advice: what to measure to tell the cause from others, by the others' names.
         least_trials: number of training trials below which a diagnosis cannot tell it from others.
         in_turn: the order in which a diagnosis tries the forms; by default that of `forms`.
+        varies: what a diagnosis lets the numbers of its forms vary with, besides the place along the robot
+            (`Form.local`): what is possible on a robot, and is not another form or cause.
         bench: what to look at or to measure on the robot itself, with a ruler, a weight, a spring scale.
     """
 
@@ -320,6 +321,7 @@ class Effect:
     advice: Mapping[frozenset[str], str] = field(default_factory=dict)
     least_trials: int = 1
     in_turn: Callable[[RobotSpec, tuple[Form, ...]], Iterable[Form]] | None = None
+    varies: tuple[str, ...] = ALONG_ROWS
     bench: str = ""
 
     def parameters(self, robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -331,6 +333,10 @@ class Effect:
         own = (item for item in self.parameters(robot) if item.name == number_varied(name))
         number = next(own, None)
         return number if number is None or number.name == name else amount_of(number, name)
+
+    def varies_with(self, form: Form) -> tuple[str, ...]:
+        """Return what a diagnosis lets the numbers of one of its forms vary with, from row to row."""
+        return self.varies if form.varies is None else form.varies
 
     def variants(
         self, robot: RobotSpec, moving: bool = False, further: bool = False

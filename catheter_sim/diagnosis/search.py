@@ -643,7 +643,8 @@ def _promised(
         if wide[term] not in mine:
             probe = search.tangents[mine, wide[term]]
             columns |= {name: column for (_, name), column in zip(probe.keys, probe.columns.T, strict=True)}
-        usable = [(items, values) for items, values in rows if items[0].along in form.varies]
+        along = EFFECTS[term.effect].varies_with(form)
+        usable = [(items, values) for items, values in rows if items[0].along in along]
         shaped = {item.name for item in form.parameters(robot) if item.of_shape}
         ways: list[VaryingWay] = []
         for name in (item for item in numbers[term] if item not in shaped):

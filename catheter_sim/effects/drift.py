@@ -198,6 +198,7 @@ EFFECT = Effect(
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
     bench="Hold one input for ten minutes, return to zero and wait as long. What keeps moving? Check "
     "temperature, slipping clamps and creeping polymers.",
+    varies=(),
     forms=(
         Form(
             name="zero",

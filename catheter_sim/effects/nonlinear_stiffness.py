@@ -40,6 +40,7 @@ EFFECT = Effect(
     trace="an error that grows faster than the bending, alike in all directions",
     bench="With slack tendons, bend the robot at its tip with a spring scale, first a little, then "
     "far. Does the force stay in proportion?",
+    varies=("time", "sign", "direction"),
     forms=(
         Form(
             name="cubic",

@@ -11,8 +11,6 @@ from catheter_sim.effects.shared import places
 _SCALE = "scale"
 _LIKELY = (0.4, 2.5)  # assumed: a material's modulus is known to a third, a thickness to a quarter, cubed
 
-_VARIES = tuple(along for along in ALONG_ROWS if along != "level")  # with the bending it is nonlinear
-
 
 def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
     if not places(robot, Role.ELASTIC_SCALE):
@@ -56,6 +54,7 @@ EFFECT = Effect(
     trace="too little or too much bending under tension or load, in proportion, in every direction",
     bench="With slack tendons, hang a known weight on the tip and measure how far it sinks. Compare "
     "the material, diameter and wall of each bending part with the robot's file.",
+    varies=tuple(along for along in ALONG_ROWS if along != "level"),  # with the bending it is nonlinear
     forms=(
         Form(
             name="scale",
@@ -64,7 +63,6 @@ EFFECT = Effect(
             parameters=_parameters,
             specify=_scaled,
             local=True,
-            varies=_VARIES,
         ),
         Form(
             name="section",
@@ -74,7 +72,6 @@ EFFECT = Effect(
             groups=_each,
             specify=_section_scaled,
             further=True,
-            varies=_VARIES,
         ),
     ),
     same_as=frozenset({Role.ELASTIC_SCALE, Role.ELASTIC_CONSTANT}),

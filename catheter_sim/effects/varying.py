@@ -29,8 +29,9 @@ from catheter_sim.errors import InputError, unknown
 KNOTS = 3
 """[values] At which a robot is computed whose number takes more than so many. Why: a parabola through three
 is within a hundredth of the change of a stiffness that varies by a half."""
-STILL_SHARE = 0.01
-"""[share of an input's largest size] A way back by less is no turn. Why: noise of a sensor of the inputs."""
+STILL_SHARE = 1e-3
+"""[share of an input's largest size] A way back by less is no turn. Why: noise of a sensor of the inputs
+is of this size, a step of a motion is ten times larger."""
 
 
 # ----------------------------------------------------------------------------------------------------
