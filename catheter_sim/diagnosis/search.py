@@ -597,7 +597,10 @@ def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
 
 
 def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int) -> None:
-    """Lengthen `path` by the best hypothesis in which a number varies, where it pays."""
+    """Lengthen `path` by the best hypothesis in which a number varies, where it pays.
+
+    The chance is shared among all that numbers may vary with.
+    """
     problem, best = search.problem, path[-1]
     rows = telling(problem)
     worth = (VARIED_WORTH * best.cross_validated_rms) ** 2 * len(best.left_out)
@@ -614,7 +617,8 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int) -> N
     if found:
         front = simplest(in_order(found)[0], found)
         search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
-        if pays(best, front):
+        kinds = {(items[0].along, items[0].channel) for items, _ in rows}
+        if pays(best, front, PAYS_CHANCE / (1 + len(kinds))):  # one of many does well by chance
             path.append(front)
 
 
@@ -654,6 +658,10 @@ def _promised(
                 ways += along_robot(name, np.stack(parts, axis=1))
         found += promises(start, at, ways, VARIED_EACH) if ways else []
     return unlike(found, VARIED_EACH)
+
+
+def _varies(item: Fit) -> bool:
+    return any(MARK in name for term in item.terms for name in term.free)
 
 
 def _varies_by_row(term: Term) -> bool:
@@ -756,7 +764,10 @@ def select(
         best = in_order(search.tried)[:1]
         if best and pays(path[-1], best[0]):
             path.append(best[0])
-    tried = tuple(search.tried)
+    # A number that varies fits much: what does so says something only against another that does.
+    if not _varies(path[-1]):
+        path = [item for item in path if not _varies(item)]
+    tried = tuple(item for item in search.tried if _varies(path[-1]) or not _varies(item))
     return Selection(null, tuple(singles), tried, tuple(path), path[-1], tuple(equals), search.late)
 
 

@@ -41,7 +41,7 @@ EFFECT = Effect(
             parameters=_parameters,
             groups=lambda robot: common_then_each(robot, *_names(robot)),
             command=_shifted,
-            varies=("sign",),  # with time, way or turns it is drift, with direction backlash, with level gain
+            varies=(),  # with time it is drift, with direction or side backlash, with level gain
         ),
     ),
 )

@@ -48,11 +48,11 @@ def test_figures_belong_together(diagnosed):
     """RMSE over outputs and tip distance RMSE differ by the square root of three; shares add to the gain."""
     found, _ = diagnosed
     head = found.headline
-    assert found.verdict == "cause_found"
+    assert found.verdict == "improved"
     assert head.rmse_after * np.sqrt(3) == pytest.approx(
         found.extra["heldout_tip_distance_rmse_after_mm"], rel=1e-6
     )
-    assert sum(cause.gain_percent for cause in found.causes) == pytest.approx(head.gain_percent)
+    assert sum(cause.gain_percent for cause in found.corrections) == pytest.approx(head.gain_percent)
     assert () in [candidate.causes for candidate in found.ranking]
     heldout = next(item for item in found.fits if item.role == "heldout")
     errors = [
@@ -62,12 +62,12 @@ def test_figures_belong_together(diagnosed):
 
 
 def test_what_is_written_reads_back(diagnosed):
-    """diagnosis.json holds the figures, robot.toml is a robot with the named causes, model.xml compiles."""
+    """diagnosis.json holds the figures, robot.toml is a robot with the corrections, model.xml compiles."""
     import mujoco
 
     found, folder = diagnosed
     document = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
     assert document["heldout"]["rmse_after"] == pytest.approx(found.headline.rmse_after, rel=1e-5)
     robot = load_robot(folder / "robot.toml")
-    assert set(robot.effects) == {cause.name for cause in found.causes}
+    assert set(robot.effects) == {cause.name for cause in found.corrections}
     assert mujoco.MjModel.from_xml_path(str(folder / "model.xml")).nu == len(robot.tendons)
