@@ -6,7 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.diagnosis.comparison import also_equal_on_heldout, choose_on_heldout
+from catheter_sim.core.variation import MARK
+from catheter_sim.diagnosis.comparison import (
+    also_equal_on_heldout,
+    choose_on_heldout,
+    with_heldout_residuals,
+)
 from catheter_sim.diagnosis.faults_of_columns import errors_in_noise
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.intervals import cause_intervals
@@ -116,8 +121,9 @@ def nothing_settled(run: DiagnosisRun, posed: Posed, before: Calibrated) -> Sett
 def decide_on_heldout(run: DiagnosisRun, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
     """Return what the held-out trials leave of the chosen causes."""
     train, heldout = posed.train, posed.heldout
+    chosen = without_idle_variations(posed, choice.fit)
     after, equals = choose_on_heldout(
-        train, heldout, choice.fit, choice.selection.equals, posed.thorough, run.pool
+        train, heldout, chosen, choice.selection.equals, posed.thorough, run.pool
     )
     noise = noise_beside(train, after)
     by_unit = held_out(train, heldout, before.fit, after, noise)
@@ -127,6 +133,28 @@ def decide_on_heldout(run: DiagnosisRun, posed: Posed, before: Calibrated, choic
     return with_plausible_causes(
         run, posed, choice, pruning, prune(pruning, with_shares(pruning, after)), equals
     )
+
+
+def without_idle_variations(posed: Posed, chosen: Fit) -> Fit:
+    """Return a hypothesis whose numbers vary only where that lowers the held-out error (by `PAYS_SHARE`)."""
+    for term in chosen.terms:
+        steady = tuple(name for name in term.free if MARK not in name)
+        if steady == term.free:
+            continue
+        terms = [replace(item, free=steady) if item is term else item for item in chosen.terms]
+        without = fit(
+            posed.train,
+            [item for item in terms if item.free],
+            chosen.values,
+            cross_validate=False,
+            thorough=posed.thorough,
+        )
+        steadily, varying = (
+            with_heldout_residuals(posed.heldout, item).cross_validated_rms for item in (without, chosen)
+        )
+        if varying > (1.0 - PAYS_SHARE) * steadily:
+            return without_idle_variations(posed, without)
+    return chosen
 
 
 def with_plausible_causes(

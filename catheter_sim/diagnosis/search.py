@@ -605,7 +605,7 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int) -> N
     rows = telling(problem)
     worth = (VARIED_WORTH * best.cross_validated_rms) ** 2 * len(best.left_out)
     found: list[Fit] = []
-    for start in _distinct([path[0], best]):
+    for start in path[:1] if settled(problem, best) else _distinct([path[0], best]):
         asked = [*start.terms, *(term for term in terms if term not in start.terms)]
         likely = [item for item in _promised(search, start, asked, rows) if item.cost <= worth]
         few = [(item.terms, item.known) for item in likely if len(item.terms) <= most]

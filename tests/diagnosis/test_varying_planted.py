@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -147,20 +148,16 @@ def test_a_derivative_promises_what_a_fit_keeps() -> None:
 
 
 @pytest.mark.slow  # whole diagnoses
-@pytest.mark.parametrize(
-    ("law", "cause", "along"),
-    [
-        (softens_at_47_s, "stiffness", "time"),
-        (fades, "drift", "time"),
-        (far_half_is_soft, "stiffness", "place"),
-    ],
-)
-def test_a_diagnosis_names_it(law: Law, cause: str, along: str, tmp_path: Any) -> None:
-    """With more than 0.5, and 90 % of what it does taken away; fades also as a stiffness that grows."""
+@pytest.mark.parametrize(("law", "cause"), [(softens_at_47_s, "stiffness"), (fades, "drift")])
+def test_a_diagnosis_names_it(law: Law, cause: str, tmp_path: Any) -> None:
+    """With more than 0.5, and to the noise; a softening is as well a response that fades, and the reverse."""
     found = cs.diagnose(measured(law), tmp_path)
     assert found.verdict == "cause_found"
     named = found.causes[0]
     assert cause in named.one_of
-    assert along in {variation_of(name).along for name in named.parameters if MARK in name}
-    assert found.headline.rmse_after < 0.3 * found.headline.rmse_before
-    assert found.headline.rmse_after < 1.1 * NOISE_MM
+    assert {variation_of(name).along for name in named.parameters if MARK in name} == {"time"}
+    document = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
+    assert document["heldout"]["rmse_after"] < 0.3 * document["heldout"]["rmse_before"]
+    assert document["heldout"]["rmse_after"] < 1.1 * NOISE_MM
+    assert document["causes"][0]["varies"][0]["with"] == "time"
+    assert load_robot(tmp_path / "robot.toml").effects[named.name]
