@@ -68,8 +68,8 @@ def softens_at_47_s(inputs: Inputs) -> np.ndarray:
 
 
 def fades(inputs: Inputs) -> np.ndarray:
-    """Return the tip of a robot that is pulled less and less: by 12 % in two minutes."""
-    kept = 1.0 - 0.12 * inputs.time_s / LENGTH_S
+    """Return the tip of a robot that is pulled less and less: by 30 % in two minutes."""
+    kept = 1.0 - 0.3 * inputs.time_s / LENGTH_S
     return tips(specified(), replace(inputs, tendon=inputs.tendon * kept[:, np.newaxis]))
 
 
@@ -157,7 +157,7 @@ def test_a_diagnosis_names_it(law: Law, cause: str, tmp_path: Any) -> None:
     assert cause in named.one_of
     assert {variation_of(name).along for name in named.parameters if MARK in name} == {"time"}
     document = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
-    assert document["heldout"]["rmse_after"] < 0.3 * document["heldout"]["rmse_before"]
+    assert document["heldout"]["rmse_after"] < 0.5 * document["heldout"]["rmse_before"]
     assert document["heldout"]["rmse_after"] < 1.1 * NOISE_MM
     assert document["causes"][0]["varies"][0]["with"] == "time"
     assert load_robot(tmp_path / "robot.toml").effects[named.name]
