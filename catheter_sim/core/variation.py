@@ -111,17 +111,20 @@ class Variation:
     def name(self) -> str:
         """The name under which it stands beside its number."""
         channel = f"@{self.channel}" if self.channel else ""
-        at = ",".join(f"{value:.6g}" for value in self.at)
+        at = ",".join(f"{value:.12g}" for value in self.at)
         return f"{self.number}{MARK}{self.along}.{self.shape}{channel}({at})"
 
 
-_WITH = {"time": "time", "place": "the place along it", "level": "the size of {}", "sign": "the sign of {}"}
-_WITH |= {
+_WITH = {
+    "time": "time",
+    "place": "the place along the robot",
+    "level": "the size of {}",
+    "sign": "the sign of {}",
     "direction": "the direction of {}",
     "path": "the way gone by {}",
     "largest": "the largest {} so far",
+    "turns": "the turns of {}",
 }
-_WITH |= {"turns": "the turns of {}"}
 _UNITS = {"time": " s", "place": " of the length", "turns": ""}
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.core.variation import MARK
 from catheter_sim.diagnosis.choose import Choice, Settled, with_plausible_causes
 from catheter_sim.diagnosis.comparison import heldout_choice_note, only_mends, rivals_of
 from catheter_sim.diagnosis.fit import Fit, as_measured, robot_with
@@ -468,6 +469,14 @@ def _notes_on_causes(
         )
     if verdict.corrects:
         notes += pruning_notes(pruned, replayed.shift)
+    if verdict.corrects and any(MARK in name for term in pruned.after.terms for name in term.free):
+        notes.append(
+            Note(
+                "number_varies",
+                "A number varies. robot.toml says how. In model.xml it has its own value, and pictures and "
+                "environments of this robot cannot be made.",
+            )
+        )
     return notes
 
 

@@ -64,6 +64,7 @@ from catheter_sim.diagnosis.words import (
     use_words,
     words,
 )
+from catheter_sim.effects.varying import varies
 from catheter_sim.errors import InputError
 from catheter_sim.page.render import png_source, rendered
 from catheter_sim.tables import Table, replaced_when_whole, write_table
@@ -480,17 +481,24 @@ def _least(diagnosis: DiagnosisResult) -> dict[str, Any]:
 def marked_toml(diagnosis: DiagnosisResult) -> str:
     """Return the extended robot as TOML; a comment says of each effect whether it is a cause."""
     marks = _marks(diagnosis)
+    said: set[str] = set()
 
     def marked(match: re.Match[str]) -> str:
-        return f"# {marks.get(match[1], 'as specified')}\n{match[0]}"
+        first = match[1] not in said
+        said.add(match[1])
+        return f"# {marks.get(match[1], 'as specified')}\n{match[0]}" if first else match[0]
 
-    text = re.sub(r"^\[effects\.(\w+)\]$", marked, robot_toml(diagnosis.extended_robot), flags=re.MULTILINE)
+    # An effect of which nothing but variations is given has no table of its own.
+    table = r"^\[\[?effects\.(\w+)(?:\.varies)?\]?\]$"
+    text = re.sub(table, marked, robot_toml(diagnosis.extended_robot), flags=re.MULTILINE)
     return "".join(f"# {line}\n" for line in _origin(diagnosis)) + text
 
 
 def marked_xml(diagnosis: DiagnosisResult, model_xml: str) -> str:
     """Return MJCF with a comment that says of each effect whether it is a cause."""
     lines = [*_origin(diagnosis), *(f"{name}: {mark}" for name, mark in _marks(diagnosis).items())]
+    if varies(diagnosis.extended_robot):
+        lines.append("a number that varies has its own value here; robot.toml has how it varies")
     comment = "\n  ".join(lines).replace("--", "- -")  # two hyphens end a comment
     return f"<!-- {comment} -->\n{model_xml}" if lines else model_xml
 

@@ -24,13 +24,15 @@ from catheter_sim.effects.shared import (
     in_si,
     per_tendon,
     scale_of,
+    shift_parameters,
+    shifted,
     sized_parameter,
 )
 from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
 
 _CREEP = ("creep", "creep_time_s")
 _RESPONSE = ("response_creep", "response_creep_time_s")
-_FADE, _FADE_OF = "fade", "fade_{}"
+_FADE, _FADE_OF, _SHIFT = "fade", "fade_{}", "shift"
 _CREEP_TIME_S = 60.0  # unless it is given
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian, a minute.
 _SIZE = {"N": (50.0, 0.1), "mm": (20.0, 0.1)}
@@ -171,19 +173,6 @@ def _faded(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
     return replace(inputs, tendon=inputs.tendon * (1.0 + fade))
 
 
-def _shift_names(robot: RobotSpec) -> tuple[str, str]:
-    return f"shift_{scale_of(robot)}", f"shift_{{}}_{scale_of(robot)}"
-
-
-def _shifts(robot: RobotSpec) -> tuple[Parameter, ...]:
-    common, each = _shift_names(robot)
-    return common_and_each(robot, sized_parameter(robot, common, _SIZE), each)
-
-
-def _shifted(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
-    return replace(inputs, tendon=inputs.tendon + in_si(robot, _shift_names(robot), values))
-
-
 def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
     """Return the zero of a single channel before creep, and those of several after it."""
     zero, *creeps = (form for form in forms if not form.only_varies)
@@ -194,7 +183,8 @@ _MEMORY = _Drift()
 EFFECT = Effect(
     name="drift",
     summary="the zero of the inputs wanders by zero + zero_<channel> a minute; or under a held input what "
-    "arrives (`creep`) or is observed (`response_creep`) grows by a share, with a time constant",
+    "arrives (`creep`) or is observed (`response_creep`) grows by a share, with a time constant; or the "
+    "inputs fade by `fade` or shift by `shift`, which vary",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
     bench="Hold one input for ten minutes, return to zero and wait as long. What keeps moving? Check "
     "temperature, slipping clamps and creeping polymers.",
@@ -241,8 +231,8 @@ EFFECT = Effect(
             equation="u' = u + shift + shift_<channel>, the shift a function of time, or of how far or how "
             "often an input has gone: a zero that jumps or creeps",
             stage=Stage.COMMAND,
-            parameters=_shifts,
-            command=_shifted,
+            parameters=lambda robot: shift_parameters(robot, _SHIFT, _SIZE),
+            command=lambda robot, inputs, values: shifted(robot, inputs, _SHIFT, values),
             only_varies=True,
             varies=("time", "path", "turns"),
         ),

@@ -12,7 +12,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_gains, channel_of
 from catheter_sim.core.document import number, si_of, with_values
 from catheter_sim.core.effect import Handle, Parameter, Role, Sizes, Values
-from catheter_sim.core.inputs import Quantity, quantity_of
+from catheter_sim.core.inputs import Inputs, Quantity, quantity_of
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
 from catheter_sim.robots import kind_of
@@ -158,6 +158,25 @@ def in_si(robot: RobotSpec, names: tuple[str, str], values: Values) -> Array:
     common, each = names
     own = (values.get(common, 0.0) + per_tendon(robot, each, values, 0.0)) * TO_SI[scale_of(robot)]
     return np.asarray(own * channel_gains(robot))
+
+
+def shift_names(robot: RobotSpec, stem: str) -> tuple[str, str]:
+    """Return the names of a shift common to all channels, and of each channel's (with `{}`)."""
+    unit = scale_of(robot)
+    return f"{stem}_{unit}", f"{stem}_{{}}_{unit}"
+
+
+def shift_parameters(
+    robot: RobotSpec, stem: str, size: Mapping[str, tuple[float, float]]
+) -> tuple[Parameter, ...]:
+    """Return the parameters of shifts of the inputs, named by `stem`; `size` as of `sized_parameter`."""
+    common, each = shift_names(robot, stem)
+    return common_and_each(robot, sized_parameter(robot, common, size), each)
+
+
+def shifted(robot: RobotSpec, inputs: Inputs, stem: str, values: Values) -> Inputs:
+    """Return inputs with their shifts, the common one and each channel's own, added."""
+    return replace(inputs, tendon=inputs.tendon + in_si(robot, shift_names(robot, stem), values))
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -24,11 +24,13 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.core.variation import MARK, SHAPES, Variation, variation_of
 from catheter_sim.effects import EFFECTS
+from catheter_sim.effects.apply import nearest_rotations
 from catheter_sim.errors import InputError, unknown
 
 KNOTS = 3
-"""[values] At which a robot is computed whose number takes more than so many. Why: a parabola through three
-is within a hundredth of the change of a stiffness that varies by a half."""
+"""[values] At which a robot is computed whose number takes more than so many. Why: of a stiffness or a
+gain that changes by a third a parabola through three is within 2 % of the change
+(`tests/effects/test_varying.py`)."""
 STILL_SHARE = 1e-3
 """[share of an input's largest size] A way back by less is no turn. Why: noise of a sensor of the inputs
 is of this size, a step of a motion is ten times larger."""
@@ -50,7 +52,7 @@ def argument(robot: RobotSpec, inputs: Inputs, along: str, channel: str = "") ->
         InputError: the robot has no such channel.
     """
     if along == "time":
-        return np.asarray(inputs.time_s - inputs.time_s[:1].sum())
+        return inputs.time_s - inputs.time_s[0] if len(inputs) else inputs.time_s
     names = input_channels(robot, inputs.actuation)
     if channel not in names:
         raise unknown("channel", channel, names, f"{robot.name}: varies with {along}")
@@ -231,22 +233,25 @@ def mixed_shapes(p_w: Array, R_w: Array, weights: Array) -> tuple[Array, Array]:
             way += share * np.einsum("rij,rj->ri", back, p_w[which, :, element] - before_p)
             turn += share * (back @ R_w[which, :, element])
         if np.count_nonzero(weights[:, element]) > 1:
-            turn = _nearest(turn)
+            turn = nearest_rotations(turn)
         p, R = p + np.einsum("rij,rj->ri", R, way), R @ turn
         found_p[:, element], found_R[:, element] = p, R
     return found_p, found_R
 
 
-def _nearest(matrices: Array) -> Array:
-    """Return the rotations nearest to means of a few near ones, shape (r, 3, 3)."""
-    left, _, right = np.linalg.svd(np.nan_to_num(matrices))
-    return np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), left @ right, np.nan)
+def mixed_angles(angles: Array, weights: Array) -> Array:
+    """Return joints' angles (r, j) of those of L robots, (L, r, j): each joint goes with its element.
+
+    `weights`: of each robot at each element, shape (L, n).
+    """
+    joints, count = angles.shape[2], weights.shape[1]
+    at = np.minimum(np.arange(joints) * count // max(joints, 1), count - 1)
+    return np.asarray(np.einsum("lrj,lj->rj", angles, weights[:, at]))
 
 
-def joints_weights(weights: Array, joints: int) -> Array:
-    """Return the weights of elements (L, n) as those of the joints, base to tip, shape (L, j)."""
-    count = weights.shape[1]
-    return weights[:, np.minimum(np.arange(joints) * count // max(joints, 1), count - 1)]
+def mixed_tensions(tensions: Array, weights: Array) -> Array:
+    """Return tensions (r, ...) of those of L robots, (L, r, ...): the mean by their `weights` (L, n)."""
+    return np.asarray(np.einsum("l,l...->...", weights.mean(axis=1), tensions))
 
 
 def mixed_postures(mix: Mixed, runs: Sequence[Sequence[Posture]]) -> tuple[Posture, ...]:
@@ -262,7 +267,7 @@ def mixed_postures(mix: Mixed, runs: Sequence[Sequence[Posture]]) -> tuple[Postu
     if mix.places is not None:
         parts = _by_element(mix, parts)
     by_row = {name: np.einsum("kr,kr...->r...", mix.rows[:, :count], own) for name, own in parts.items()}
-    by_row["R_w"] = np.array([_nearest(matrices) for matrices in by_row["R_w"]])
+    by_row["R_w"] = nearest_rotations(by_row["R_w"])
     return tuple(Posture(**{name: own[row] for name, own in by_row.items()}) for row in range(count))
 
 
@@ -271,9 +276,7 @@ def _by_element(mix: Mixed, parts: Mapping[str, Array]) -> dict[str, Array]:
     assert mix.places is not None
     sets = {name: own.reshape(len(mix.rows), len(mix.places), *own.shape[1:]) for name, own in parts.items()}
     shapes = [mixed_shapes(p, R, mix.places) for p, R in zip(sets["p_w"], sets["R_w"], strict=True)]
-    mean = mix.places.mean(axis=1)
-    found = {name: np.einsum("l,kl...->k...", mean, own) for name, own in sets.items()}
-    angles = joints_weights(mix.places, parts["joint_angles"].shape[-1])
-    found["joint_angles"] = np.einsum("lj,klrj->krj", angles, sets["joint_angles"])
+    found = {name: np.array([mixed_tensions(each, mix.places) for each in own]) for name, own in sets.items()}
+    found["joint_angles"] = np.array([mixed_angles(each, mix.places) for each in sets["joint_angles"]])
     found["p_w"], found["R_w"] = (np.array(part) for part in zip(*shapes, strict=True))
     return found

@@ -148,7 +148,10 @@ def simulate(
     """
     if varies(robot):
         if on_row is not None or others:
-            raise InputError(f"{robot.name}: a number varies: its postures alone are known, under its inputs")
+            raise InputError(
+                f"{robot.name}: a number of its effects varies: pictures, and forces on elements, need one "
+                "that stays the same"
+            )
         return _of_varying(robot, inputs, gravity_mps2, dynamic, friction, ramp_s, progress)
     acting = in_force(robot, inputs, moving=dynamic)
     arriving = acting.inputs

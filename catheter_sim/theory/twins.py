@@ -28,7 +28,7 @@ from catheter_sim.effects.apply import (
     sees_otherwise,
     shaped,
 )
-from catheter_sim.effects.varying import joints_weights, mixed, mixed_shapes, varies
+from catheter_sim.effects.varying import mixed, mixed_angles, mixed_shapes, mixed_tensions, varies
 from catheter_sim.robots import kind_of
 from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.theory.static_models import STATIC_MODELS
@@ -311,14 +311,12 @@ def _mixed_by_element(
             if weights is None:
                 found.append(every[part][0])
                 continue
-            found.append(np.einsum("lrj,lj->rj", every[part], joints_weights(weights, every.shape[2])))
+            found.append(mixed_angles(every[part], weights))
         return np.array(found)
 
     tension = np.array(
         [
-            states.tension[part][0]
-            if weights is None
-            else np.einsum("lrt,l->rt", states.tension[part], weights.mean(axis=1))
+            states.tension[part][0] if weights is None else mixed_tensions(states.tension[part], weights)
             for part, weights in zip(own, places, strict=True)
         ]
     )

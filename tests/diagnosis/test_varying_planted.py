@@ -1,4 +1,7 @@
-"""A number that varies is found where it does: data whose robot changes by code of this file alone."""
+"""A number that varies is found where it does: data whose robot changes by code of this file alone.
+
+Each robot's outputs are those of the twin that the diagnosis fits; how they change is not.
+"""
 
 from __future__ import annotations
 
@@ -161,3 +164,6 @@ def test_a_diagnosis_names_it(law: Law, cause: str, tmp_path: Any) -> None:
     assert document["heldout"]["rmse_after"] < 1.1 * NOISE_MM
     assert document["causes"][0]["varies"][0]["with"] == "time"
     assert load_robot(tmp_path / "robot.toml").effects[named.name]
+    assert (tmp_path / "robot.toml").read_text().count("# cause, probability") == 1
+    assert "robot.toml has how it varies" in (tmp_path / "model.xml").read_text()
+    assert any("A number varies." in note for note in document["notes"])

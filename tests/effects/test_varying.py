@@ -141,7 +141,8 @@ def test_every_shape_begins_at_none_and_comes_to_one(shape: str) -> None:
 
 def test_a_file_keeps_it(tmp_path: Path) -> None:
     robot = section(
-        stiffness={"scale": 1.0, "scale~time.step(29.5)": -0.3},
+        stiffness={"scale": 1.0, "scale~time.step(1229.51234)": -0.3},
+        drift={"fade~time.linear(60)": -0.1},
         actuation_gain={"scale": 0.9, f"scale~level.linear@{RIGHT}(0.3)": 0.1},
     )
     cs.save_robot(robot, tmp_path / "robot.toml")
