@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -52,27 +53,38 @@ def tips_of_batch_mm(robot, inputs, gravity):
     return 1e3 * faces[:, [0, 2]]
 
 
-def with_random_effects(robot, generator):
-    """Return `robot` with about half of its effects, each of a few changes that matter."""
+def with_random_effects(robot, seed):
+    """Return `robot` with about half of its effects, each of a few changes that matter.
+
+    Each number has a generator of its own: a new form of one effect leaves every other number as it was.
+    """
     effects = {}
     for name, effect in EFFECTS.items():
-        if generator.random() < 0.5:
+        if own_generator(seed, name).random() < 0.5:
             continue
         effects[name] = {
-            item.name: float(
-                np.clip(item.null + 2.0 * item.scale * generator.normal(), item.lower, item.upper)
-                if math.isfinite(item.null)
-                else generator.uniform(1.0, 5.0)
-            )
+            item.name: random_value(item, own_generator(seed, f"{name}.{item.name}"))
             for item in effect.parameters(robot)
         }
     return with_effects(robot, {name: values for name, values in effects.items() if values})
 
 
+def own_generator(seed, name):
+    """Return the generator of what is called `name`."""
+    return np.random.default_rng([seed, zlib.crc32(name.encode())])
+
+
+def random_value(item, generator):
+    """Return a value of a parameter of an effect that matters, within its bounds."""
+    if not math.isfinite(item.null):
+        return float(generator.uniform(1.0, 5.0))
+    return float(np.clip(item.null + 2.0 * item.scale * generator.normal(), item.lower, item.upper))
+
+
 def random_case(robot, seed):
     """Return a robot with effects, inputs that arrive at it, with loads on every other one, and gravity."""
     generator = np.random.default_rng(seed)
-    robot = with_random_effects(robot, generator)
+    robot = with_random_effects(robot, seed)
     rows = np.abs(generator.normal(0.0, 0.4 / len(robot.tendons), (8, len(robot.tendons))))
     rows[generator.random(rows.shape) < 0.2] = 0.0
     force, gravity = np.zeros((8, 3)), np.zeros(3)
