@@ -27,11 +27,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where the benches lie
 
 from catheter_sim.cli.arguments import whole_number
-from catheter_sim.diagnosis.choose import Choice, acquit_trials, decide_on_heldout
+from catheter_sim.diagnosis.choose import Choice, decide_on_heldout, without_explained_faults
 from catheter_sim.diagnosis.conclude import judge
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.fit import Fit, fit
-from catheter_sim.diagnosis.prepare import calibrate, find_data_faults, pose, prepare, running
+from catheter_sim.diagnosis.prepare import calibrate, find_data_faults, prepare, running, split_problem
 from catheter_sim.diagnosis.problem import (
     Problem,
     Term,
@@ -98,13 +98,13 @@ def given(root: Path, score: dict[str, Any]) -> dict[str, Any]:
     """Return the row of one draw."""
     folders = Folders(root, score["index"])
     hidden = read_json(folders.answer / ANSWER)["hidden"]
-    posed = pose(prepare(load_dataset(folders.data)))
-    before = calibrate(posed)
+    split = split_problem(prepare(load_dataset(folders.data)))
+    before = calibrate(split)
     with running(SERIAL, False) as run:
-        faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
-        choice = told(posed.train, [item["cause"] for item in hidden], posed.thorough)
-        settled = decide_on_heldout(run, posed, before, choice)
-        verdict = judge(posed, before, settled, faults)
+        faults = without_explained_faults(run, split, before, find_data_faults(split, before))
+        choice = told(split.train, [item["cause"] for item in hidden], split.thorough)
+        settled = decide_on_heldout(run, split, before, choice)
+        verdict = judge(split, before, settled, faults)
     of_unit = settled.pruned.by_unit[settled.unit]
     names = set(settled.pruned.after.causes) if verdict.names_causes else set()
     values = (

@@ -22,7 +22,7 @@ from catheter_sim.diagnosis.programmes import bench_of, programmes_within
 from catheter_sim.diagnosis.report import sentence
 from catheter_sim.diagnosis.result import DATA_SUSPECT
 from catheter_sim.diagnosis.thresholds import NATS_PER_MINUTE, SURE_BELIEF
-from catheter_sim.diagnosis.trials import Dataset, split
+from catheter_sim.diagnosis.trials import Dataset, split_trials
 from catheter_sim.diagnosis.workers import SERIAL, Workers
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
@@ -292,7 +292,7 @@ def recordings_of(dataset: Dataset) -> list[Recording]:
     found: list[Recording] = []
     columns = input_channels(dataset.robot, dataset.trials[0].inputs.actuation)
     unit = np.array([1.0 / si_factor(name) for name in columns])
-    for number, trial in enumerate((item for part in split(dataset) for item in part), start=1):
+    for number, trial in enumerate((item for part in split_trials(dataset) for item in part), start=1):
         commands = channel_inputs(dataset.robot, trial.inputs) * unit
         table = {name: commands[:, index] for index, name in enumerate(columns)} | dict(trial.outputs.columns)
         found.append((f"first_{number}.csv", trial.role, Table(trial.inputs.time_s, table, trial.file)))
@@ -482,19 +482,19 @@ def _next_step(
     say(f"diagnosing {len(recordings)} recordings")
     found = investigate(dataset_from(rig, recordings, "recordings of a closed loop"), place, progress)
     write_diagnosis(found.diagnosis, kept.report)
-    told = _told(found)
-    say(f"{found.diagnosis.verdict}: {_open_words(told)}")
-    if told.sure:
-        return LoopStep(len(recordings), told, None, SURE)
+    finding = _finding(found)
+    say(f"{found.diagnosis.verdict}: {_open_words(finding)}")
+    if finding.sure:
+        return LoopStep(len(recordings), finding, None, SURE)
     if found.diagnosis.verdict == DATA_SUSPECT:
-        return LoopStep(len(recordings), told, None, SUSPECT)
+        return LoopStep(len(recordings), finding, None, SUSPECT)
     if _spent(steps, budget):
-        return LoopStep(len(recordings), told, None, NO_MORE)
+        return LoopStep(len(recordings), finding, None, NO_MORE)
     proposed = _propose(rig, kept, found, steps, budget, place)
     if proposed is None:
-        return LoopStep(len(recordings), told, None, NOTHING)
+        return LoopStep(len(recordings), finding, None, NOTHING)
     say(f"proposed {proposed.name}, {proposed.minutes:.3g} min: {proposed.words}")
-    return LoopStep(len(recordings), told, proposed)
+    return LoopStep(len(recordings), finding, proposed)
 
 
 def _propose(
@@ -535,7 +535,7 @@ def _propose(
     )
 
 
-def _told(found: Investigation) -> LoopFinding:
+def _finding(found: Investigation) -> LoopFinding:
     diagnosis = found.diagnosis
     beliefs = diagnosis.probabilities
     numbers = [

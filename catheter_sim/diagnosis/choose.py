@@ -16,7 +16,14 @@ from catheter_sim.diagnosis.faults_of_columns import errors_in_noise
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.intervals import cause_intervals
 from catheter_sim.diagnosis.noise import errors_of, rmse_by_unit, times_noise
-from catheter_sim.diagnosis.prepare import Calibrated, DiagnosisRun, Faults, Posed, data_faults, noise_beside
+from catheter_sim.diagnosis.prepare import (
+    Calibrated,
+    DiagnosisRun,
+    Faults,
+    SplitProblem,
+    data_faults,
+    noise_beside,
+)
 from catheter_sim.diagnosis.problem import Term
 from catheter_sim.diagnosis.pruning import (
     Pruned,
@@ -39,13 +46,13 @@ from catheter_sim.diagnosis.search import (
 from catheter_sim.diagnosis.thresholds import ANOTHER_FORM, EQUAL_FACTOR, MOST_CAUSES, PAYS_SHARE
 from catheter_sim.diagnosis.verdict import held_out
 
-ACQUITTING = 3
+EXPLAINING_CAUSES = 3
 """[single causes] The best ones are asked whether they account for trials that look wrong. Why: assumed; what
 one of the first three does not explain is no single cause."""
-ACQUITTED_SHARE = 1.1
+EXPLAINED_SHARE = 1.1
 """[error of a trial over the one without the cause] What accounts for one trial makes no other worse by more.
 Why: by a tenth errors differ by chance; a cause that halves one trial's mistake puts half on the others."""
-ACQUITTED_NOISE = 1.5
+EXPLAINED_NOISE = 1.5
 """[noise] What accounts for a jump in a trial leaves no trial a larger error. Why: outliers make it 1.4 times
 the noise; of a bump that no cause makes, and that is seen, several times the noise stay."""
 
@@ -66,15 +73,15 @@ class Choice:
     fit: Fit
 
 
-def choose_causes(run: DiagnosisRun, posed: Posed, faults: Faults, most: int = MOST_CAUSES) -> Choice:
+def choose_causes(run: DiagnosisRun, split: SplitProblem, faults: Faults, most: int = MOST_CAUSES) -> Choice:
     """Return the causes that explain the training trials, at most so many; none where the data look wrong."""
     run.say("choosing causes")
-    candidates = () if faults.found else candidates_for(posed.train)
-    selection = select(posed.train, candidates, run.pool, run.say, run.deadline, most)
+    candidates = () if faults.found else candidates_for(split.train)
+    selection = select(split.train, candidates, run.pool, run.say, run.deadline, most)
     run.say("fitting the chosen causes")
     chosen = selection.chosen
-    fitted = fit(posed.train, chosen.terms, chosen.values, cross_validate=False, thorough=posed.thorough)
-    fitted = in_best_forms(posed.train, fitted, posed.thorough, run.pool, run.deadline)
+    fitted = fit(split.train, chosen.terms, chosen.values, cross_validate=False, thorough=split.thorough)
+    fitted = in_best_forms(split.train, fitted, split.thorough, run.pool, run.deadline)
     return Choice(candidates, selection, fitted)
 
 
@@ -86,7 +93,7 @@ def choose_causes(run: DiagnosisRun, posed: Posed, faults: Faults, most: int = M
 
 
 @dataclass(frozen=True)
-class Settled:
+class HeldoutChoice:
     """The hypothesis that the held-out trials leave.
 
     `soaked` are causes taken out since their numbers are not plausible; `equals` do as well on both parts,
@@ -109,33 +116,35 @@ class Settled:
         return (*self.pruned.after.terms, *(Term(item.name, tuple(item.parameters)) for item in self.soaked))
 
 
-def nothing_settled(run: DiagnosisRun, posed: Posed, before: Calibrated) -> Settled:
+def no_heldout_choice(run: DiagnosisRun, split: SplitProblem, before: Calibrated) -> HeldoutChoice:
     """Return the calibrated model without causes, where none could be decided on."""
-    train, heldout = posed.train, posed.heldout
+    train, heldout = split.train, split.heldout
     by_unit = held_out(train, heldout, before.fit, before.fit, before.noise)
     unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
-    pruning = Pruning(train, heldout, before.fit, before.noise, unit, posed.thorough, run.pool)
-    return Settled(pruning, Pruned(before.fit, by_unit, ()), (), ())
+    pruning = Pruning(train, heldout, before.fit, before.noise, unit, split.thorough, run.pool)
+    return HeldoutChoice(pruning, Pruned(before.fit, by_unit, ()), (), ())
 
 
-def decide_on_heldout(run: DiagnosisRun, posed: Posed, before: Calibrated, choice: Choice) -> Settled:
+def decide_on_heldout(
+    run: DiagnosisRun, split: SplitProblem, before: Calibrated, choice: Choice
+) -> HeldoutChoice:
     """Return what the held-out trials leave of the chosen causes."""
-    train, heldout = posed.train, posed.heldout
-    chosen = without_idle_variations(posed, choice.fit)
+    train, heldout = split.train, split.heldout
+    chosen = without_idle_variations(split, choice.fit)
     after, equals = choose_on_heldout(
-        train, heldout, chosen, choice.selection.equals, posed.thorough, run.pool
+        train, heldout, chosen, choice.selection.equals, split.thorough, run.pool
     )
     noise = noise_beside(train, after)
     by_unit = held_out(train, heldout, before.fit, after, noise)
     unit = max(by_unit, key=lambda name: times_noise(by_unit[name].rmse_after, by_unit[name].noise_floor))
     run.say("testing the causes on held-out data")
-    pruning = Pruning(train, heldout, before.fit, noise, unit, posed.thorough, run.pool)
+    pruning = Pruning(train, heldout, before.fit, noise, unit, split.thorough, run.pool)
     return with_plausible_causes(
-        run, posed, choice, pruning, prune(pruning, with_shares(pruning, after)), equals
+        run, split, choice, pruning, prune(pruning, with_shares(pruning, after)), equals
     )
 
 
-def without_idle_variations(posed: Posed, chosen: Fit) -> Fit:
+def without_idle_variations(split: SplitProblem, chosen: Fit) -> Fit:
     """Return a hypothesis whose numbers vary only where that lowers the held-out error (by `PAYS_SHARE`)."""
     for term in chosen.terms:
         steady = tuple(name for name in term.free if MARK not in name)
@@ -143,29 +152,29 @@ def without_idle_variations(posed: Posed, chosen: Fit) -> Fit:
             continue
         terms = [replace(item, free=steady) if item is term else item for item in chosen.terms]
         without = fit(
-            posed.train,
+            split.train,
             [item for item in terms if item.free],
             chosen.values,
             cross_validate=False,
-            thorough=posed.thorough,
+            thorough=split.thorough,
         )
         steadily, varying = (
-            with_heldout_residuals(posed.heldout, item).cross_validated_rms for item in (without, chosen)
+            with_heldout_residuals(split.heldout, item).cross_validated_rms for item in (without, chosen)
         )
         if varying > (1.0 - PAYS_SHARE) * steadily:
-            return without_idle_variations(posed, without)
+            return without_idle_variations(split, without)
     return chosen
 
 
 def with_plausible_causes(
     run: DiagnosisRun,
-    posed: Posed,
+    split: SplitProblem,
     choice: Choice,
     pruning: Pruning,
     pruned: Pruned,
     equals: tuple[Fit, ...],
     soaked: tuple[Cause, ...] = (),
-) -> Settled:
+) -> HeldoutChoice:
     """Return a pruned hypothesis without what is not plausible, and with its equals.
 
     `equals` do as well as the hypothesis from which causes were taken out; `soaked` were not plausible
@@ -174,25 +183,25 @@ def with_plausible_causes(
     plausible, more = without_soaking(pruning, pruned)
     if plausible.after.terms and (more or pruned.weak or pruned.unsure):
         # What was found to be as good was fitted beside causes that are gone now.
-        found = equals_of(posed.train, plausible.after, choice.candidates, run.pool)
+        found = equals_of(split.train, plausible.after, choice.candidates, run.pool)
         equals = also_equal_on_heldout(
-            posed.train, posed.heldout, plausible.after, found, posed.thorough, run.pool
+            split.train, split.heldout, plausible.after, found, split.thorough, run.pool
         )
-    return Settled(pruning, plausible, (*soaked, *more), equals if plausible.after.terms else ())
+    return HeldoutChoice(pruning, plausible, (*soaked, *more), equals if plausible.after.terms else ())
 
 
 # ----------------------------------------------------------------------------------------------------
 # What fits data that hold too little to name a cause, where a search was asked for all the same.
 
 
-def fit_unproved(posed: Posed, choice: Choice, settled: Settled) -> Unproved:
-    """Return the hypothesis that fits: the settled one, or the simplest of the best that were tried."""
-    after = settled.pruned.after
+def fit_unproved(split: SplitProblem, choice: Choice, kept: HeldoutChoice) -> Unproved:
+    """Return the hypothesis that fits: the kept one, or the simplest of the best that were tried."""
+    after = kept.pruned.after
     if not after.terms:
-        after = _best_tried(posed, choice)
-    pruning = replace(settled.pruning, noise=noise_beside(posed.train, after))
+        after = _best_tried(split, choice)
+    pruning = replace(kept.pruning, noise=noise_beside(split.train, after))
     by_unit = pruning.held_out(after)
-    training = rmse_by_unit(posed.train, errors_of(posed.train, after))
+    training = rmse_by_unit(split.train, errors_of(split.train, after))
     times = max(
         times_noise(max(training.get(unit, 0.0), item.rmse_after), item.noise_floor)
         for unit, item in by_unit.items()
@@ -202,14 +211,14 @@ def fit_unproved(posed: Posed, choice: Choice, settled: Settled) -> Unproved:
     return Unproved(with_intervals(causes, cause_intervals(after)), times, by_unit)
 
 
-def _best_tried(posed: Posed, choice: Choice) -> Fit:
+def _best_tried(split: SplitProblem, choice: Choice) -> Fit:
     """Return the hypothesis of fewest numbers that errs as little as the best; the null where none does."""
     null = choice.selection.null
     best = min((null, *choice.selection.tried), key=lambda item: item.cross_validated_rms)
     most = min(EQUAL_FACTOR * best.cross_validated_rms, (1.0 - PAYS_SHARE) * null.cross_validated_rms)
     near = [item for item in choice.selection.tried if item.cross_validated_rms <= most and not item.rough]
     found = min(near, key=lambda item: (len(item.numbers), item.cross_validated_rms), default=null)
-    return fit(posed.train, found.terms, found.values, cross_validate=False, thorough=posed.thorough)
+    return fit(split.train, found.terms, found.values, cross_validate=False, thorough=split.thorough)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -223,24 +232,26 @@ def _best_tried(posed: Posed, choice: Choice) -> Fit:
 # robot in motion, where each fit costs minutes.
 
 
-def acquit_trials(run: DiagnosisRun, posed: Posed, before: Calibrated, faults: Faults) -> Faults:
+def without_explained_faults(
+    run: DiagnosisRun, split: SplitProblem, before: Calibrated, faults: Faults
+) -> Faults:
     """Return `faults`, or none where they are of some trials and a single cause accounts for all trials."""
-    heldout, trials = posed.heldout.trials, (*posed.train.trials, *posed.heldout.trials)
+    heldout, trials = split.heldout.trials, (*split.train.trials, *split.heldout.trials)
     named = {item.where for item in faults.found}
-    asked = not posed.train.moving and named < {trial.file for trial in trials}
+    asked = not split.train.moving and named < {trial.file for trial in trials}
     if not faults.found or not (faults.of_trials or asked):
         return faults
     run.say("asking whether a cause is what makes some trials look wrong")
-    singles = singles_of(posed.train, candidates_for(posed.train), run.pool)
-    errors = errors_in_noise(posed.train, before.fit, trials, before.noise)
-    most = ACQUITTED_SHARE * errors if faults.of_trials else np.full(len(errors), ACQUITTED_NOISE)
-    for single in singles[:ACQUITTING]:
-        found = fit(posed.train, single.terms, single.values, cross_validate=False)
-        left = errors_in_noise(posed.train, found, trials, before.noise)
+    singles = singles_of(split.train, candidates_for(split.train), run.pool)
+    errors = errors_in_noise(split.train, before.fit, trials, before.noise)
+    most = EXPLAINED_SHARE * errors if faults.of_trials else np.full(len(errors), EXPLAINED_NOISE)
+    for single in singles[:EXPLAINING_CAUSES]:
+        found = fit(split.train, single.terms, single.values, cross_validate=False)
+        left = errors_in_noise(split.train, found, trials, before.noise)
         if not faults.of_trials and (left <= ANOTHER_FORM * most).all():
-            found = in_best_forms(posed.train, found, pool=run.pool)
-            left = errors_in_noise(posed.train, found, trials, before.noise)
+            found = in_best_forms(split.train, found, pool=run.pool)
+            left = errors_in_noise(split.train, found, trials, before.noise)
         accounted = left <= most
-        if accounted.all() and not data_faults(posed.train, found, heldout, before.noise).found:
+        if accounted.all() and not data_faults(split.train, found, heldout, before.noise).found:
             return Faults(())
     return faults

@@ -50,7 +50,7 @@ def as_good(best: Fit, other: Fit) -> bool:
     return near and not other.rough and not pays(other, best)
 
 
-def settled(problem: Problem, best: Fit, factor: float = SETTLED_FACTOR) -> bool:
+def leaves_only_noise(problem: Problem, best: Fit, factor: float = SETTLED_FACTOR) -> bool:
     """Return whether a hypothesis leaves no more than `factor` times what is white from row to row.
 
     A wild row counts as `WILD_ERROR`; of a robot in motion all of it, as there a cause may show in few rows.
@@ -65,9 +65,9 @@ def settled(problem: Problem, best: Fit, factor: float = SETTLED_FACTOR) -> bool
     return True
 
 
-def settled_in_motion(problem: Problem, best: Fit) -> bool:
+def leaves_only_noise_in_motion(problem: Problem, best: Fit) -> bool:
     """Return whether a hypothesis is settled where a further step costs minutes: of a robot in motion."""
-    return problem.moving and settled(problem, best)
+    return problem.moving and leaves_only_noise(problem, best)
 
 
 def within_model(problem: Problem, null: Fit, best: Fit) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.variation import MARK
-from catheter_sim.diagnosis.choose import Choice, Settled, with_plausible_causes
+from catheter_sim.diagnosis.choose import Choice, HeldoutChoice, with_plausible_causes
 from catheter_sim.diagnosis.comparison import heldout_choice_note, only_mends, rivals_of
 from catheter_sim.diagnosis.fit import Fit, as_measured, robot_with
 from catheter_sim.diagnosis.floor import floor_of
@@ -20,7 +20,7 @@ from catheter_sim.diagnosis.intervals import cause_intervals, model_margin, shif
 from catheter_sim.diagnosis.next_experiment import next_experiment
 from catheter_sim.diagnosis.noise import repeat_noise, times_noise
 from catheter_sim.diagnosis.notes import Attempts, Note
-from catheter_sim.diagnosis.prepare import Calibrated, DiagnosisRun, Faults, Posed, Prepared
+from catheter_sim.diagnosis.prepare import Calibrated, DiagnosisRun, Faults, Prepared, SplitProblem
 from catheter_sim.diagnosis.probabilities import (
     Beliefs,
     UnlistedForm,
@@ -122,32 +122,32 @@ class Examined:
         return max(times_noise(item.rmse_after, item.noise_floor) for item in self.by_unit.values())
 
 
-def examine(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
+def examine(split: SplitProblem, before: Calibrated, kept: HeldoutChoice) -> Examined:
     """Return what the hypothesis that is left makes of the trials."""
-    pruned, unit = settled.pruned, settled.unit
-    fits = _series(posed, before, pruned.after)
-    structure = {stage: structure_tests(posed.dataset, fits, unit, stage) for stage in STAGES}
-    figures, share = pruned.by_unit[unit], posed.train.model_share
+    pruned, unit = kept.pruned, kept.unit
+    fits = _series(split, before, pruned.after)
+    structure = {stage: structure_tests(split.dataset, fits, unit, stage) for stage in STAGES}
+    figures, share = pruned.by_unit[unit], split.train.model_share
     return Examined(
         fits,
         structure,
         pruned.by_unit,
         structured_remainder(figures, structure["after"], len(pruned.after.terms), share),
         most_error_remains(figures, share),
-        harms(posed.heldout, before.fit, pruned.after, settled.pruning.noise),
+        harms(split.heldout, before.fit, pruned.after, kept.pruning.noise),
     )
 
 
-def _series(posed: Posed, before: Calibrated, after: Fit) -> tuple[TrialFit, ...]:
+def _series(split: SplitProblem, before: Calibrated, after: Fit) -> tuple[TrialFit, ...]:
     """Return every trial, measured and computed by both hypotheses."""
-    trials = (*posed.train.trials, *posed.heldout.trials)
-    return trial_fits(posed.train, trials, before.fit, after)
+    trials = (*split.train.trials, *split.heldout.trials)
+    return trial_fits(split.train, trials, before.fit, after)
 
 
-def examined_plainly(posed: Posed, before: Calibrated, settled: Settled) -> Examined:
+def examined_plainly(split: SplitProblem, before: Calibrated, kept: HeldoutChoice) -> Examined:
     """Return the series alone, where the rest could not be found."""
-    fits = _series(posed, before, settled.pruned.after)
-    return Examined(fits, dict.fromkeys(STAGES, ()), settled.pruned.by_unit, None, False, ())
+    fits = _series(split, before, kept.pruned.after)
+    return Examined(fits, dict.fromkeys(STAGES, ()), kept.pruned.by_unit, None, False, ())
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -169,19 +169,24 @@ class Scores:
 
 
 def score_hypotheses(
-    run: DiagnosisRun, posed: Posed, choice: Choice, settled: Settled, examined: Examined, faults: Faults
+    run: DiagnosisRun,
+    split: SplitProblem,
+    choice: Choice,
+    kept: HeldoutChoice,
+    examined: Examined,
+    faults: Faults,
 ) -> Scores:
     """Return what every hypothesis predicts, and how probable every cause is."""
     run.say("scoring the hypotheses")
-    train, heldout, pruned = posed.train, posed.heldout, settled.pruned
+    train, heldout, pruned = split.train, split.heldout, kept.pruned
     known = dict(pruned.after.values)
-    for cause in settled.soaked:
+    for cause in kept.soaked:
         known |= {(cause.name, name): item.value for name, item in cause.parameters.items()}
-    hypotheses = scored(train, heldout, choice.selection, settled.terms, known)
-    if faults.found or posed.lacking:
-        return Scores(hypotheses, Beliefs({}, {}, {}) if posed.lacking else beliefs(None), {})
-    names = tuple(term.effect for term in settled.terms)
-    rivals = [] if settled.soaked else rivals_of(pruned.after, settled.equals)
+    hypotheses = scored(train, heldout, choice.selection, kept.terms, known)
+    if faults.found or split.lacking:
+        return Scores(hypotheses, Beliefs({}, {}, {}) if split.lacking else beliefs(None), {})
+    names = tuple(term.effect for term in kept.terms)
+    rivals = [] if kept.soaked else rivals_of(pruned.after, kept.equals)
     chosen = next(item.fit for item in hypotheses if item.causes == tuple(sorted(names)))
     against = [item for item in hypotheses if not only_mends(train, chosen, item.fit)]
     found = evidence(
@@ -197,7 +202,7 @@ def score_hypotheses(
     unlisted = None
     if len(pruned.after.causes) >= FEWEST_UNLISTED and examined.times_after > UNLISTED_NOISE:
         unlisted = one_unlisted_form(train, heldout, hypotheses, names)
-    believed = beliefs(found, tuple(cause.name for cause in settled.soaked))
+    believed = beliefs(found, tuple(cause.name for cause in kept.soaked))
     return Scores(hypotheses, believed, as_numbers(found), unlisted)
 
 
@@ -235,24 +240,29 @@ class Verdict:
 
 
 def judge(
-    posed: Posed, before: Calibrated, settled: Settled, faults: Faults, examined: Examined, scores: Scores
+    split: SplitProblem,
+    before: Calibrated,
+    kept: HeldoutChoice,
+    faults: Faults,
+    examined: Examined,
+    scores: Scores,
 ) -> Verdict:
     """Return the verdict."""
-    after = settled.pruned.after
+    after = kept.pruned.after
     more = examined.remainder is not None or examined.much_left
     if faults.found:
         return Verdict(DATA_SUSPECT, before.fit, more_is_wrong=more)
     likely = tuple(name for name in after.causes if scores.beliefs.groups.get(name, 0.0) >= ESTABLISHED)
     name = verdict_of(
-        posed.train,
+        split.train,
         before.fit,
         after,
-        settled.pruned.by_unit,
+        kept.pruned.by_unit,
         established=bool(likely),
         harmful=bool(examined.harms),
         structured=strongest_structure(examined.structure["before"]) is not None,
     )
-    if posed.lacking and name != NO_DISCREPANCY:
+    if split.lacking and name != NO_DISCREPANCY:
         name = DATA_SUSPECT  # what fits cannot be proved
     if name == NO_DISCREPANCY and likely:
         name = UNEXPLAINED  # the training trials hold one that the held-out ones do not show
@@ -286,31 +296,31 @@ class Replayed:
     shift: Array | None = None
 
 
-def replay_in_mujoco(run: DiagnosisRun, posed: Posed, verdict: Verdict, simulation: bool) -> Replayed:
+def replay_in_mujoco(run: DiagnosisRun, split: SplitProblem, verdict: Verdict, simulation: bool) -> Replayed:
     """Return the held-out trials replayed with the reported hypothesis."""
     if not simulation:
         return Replayed()
     run.say("replaying in MuJoCo")
-    problem, shown = posed.train, verdict.shown
+    problem, shown = split.train, verdict.shown
     robot = robot_with(problem, shown.numbers, shown.x)
-    trials, gravity_mps2 = posed.heldout.trials, posed.dataset.gravity_mps2
+    trials, gravity_mps2 = split.heldout.trials, split.dataset.gravity_mps2
     found = tuple(
         replace(item, outputs=as_measured(problem, shown.numbers, shown.x, item.outputs))
         for item in replays(robot, trials, problem.columns, gravity_mps2, run.pool, problem.moving)
     )
-    return Replayed(found, shift_by_model(posed.heldout, shown, [item.outputs for item in found]))
+    return Replayed(found, shift_by_model(split.heldout, shown, [item.outputs for item in found]))
 
 
 def prune_again(
-    run: DiagnosisRun, posed: Posed, choice: Choice, settled: Settled, replayed: Replayed
-) -> Settled:
+    run: DiagnosisRun, split: SplitProblem, choice: Choice, kept: HeldoutChoice, replayed: Replayed
+) -> HeldoutChoice:
     """Return the hypothesis with its causes pruned by the intervals that the simulation widens."""
-    if replayed.shift is None or not settled.pruned.after.terms:
-        return settled
-    again = prune(settled.pruning, settled.pruned, replayed.shift)
-    if again.after is settled.pruned.after:
-        return replace(settled, pruned=again)
-    return with_plausible_causes(run, posed, choice, settled.pruning, again, settled.equals, settled.soaked)
+    if replayed.shift is None or not kept.pruned.after.terms:
+        return kept
+    again = prune(kept.pruning, kept.pruned, replayed.shift)
+    if again.after is kept.pruned.after:
+        return replace(kept, pruned=again)
+    return with_plausible_causes(run, split, choice, kept.pruning, again, kept.equals, kept.soaked)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -354,14 +364,19 @@ class Conclusion:
 
 
 def concluded_plainly(
-    posed: Posed, before: Calibrated, settled: Settled, examined: Examined, scores: Scores, verdict: Verdict
+    split: SplitProblem,
+    before: Calibrated,
+    kept: HeldoutChoice,
+    examined: Examined,
+    scores: Scores,
+    verdict: Verdict,
 ) -> Conclusion:
     """Return the reported hypothesis, or the calibrated model if that is no better, and its figures alone."""
-    by_unit, ordered = settled.pruned.by_unit, by_probability(settled.pruned.causes, scores.beliefs)
+    by_unit, ordered = kept.pruned.by_unit, by_probability(kept.pruned.causes, scores.beliefs)
     fits, structure = examined.fits, dict(examined.structure)
     if not verdict.corrects:
-        by_unit, ordered = settled.pruning.held_out(verdict.shown), ()
-        fits = _series(posed, before, before.fit)
+        by_unit, ordered = kept.pruning.held_out(verdict.shown), ()
+        fits = _series(split, before, before.fit)
         structure["after"] = structure["before"]
     causes = tuple(cause for cause in ordered if cause.name in verdict.established)
     corrections = tuple(cause for cause in ordered if cause not in causes)
@@ -371,35 +386,35 @@ def concluded_plainly(
 
 
 def conclude(
-    posed: Posed,
+    split: SplitProblem,
     before: Calibrated,
     choice: Choice,
-    settled: Settled,
+    kept: HeldoutChoice,
     examined: Examined,
     scores: Scores,
     verdict: Verdict,
     replayed: Replayed,
 ) -> Conclusion:
     """Return what is reported, with groups, rivals, further numbers and notes."""
-    plain, shown = concluded_plainly(posed, before, settled, examined, scores, verdict), verdict.shown
+    plain, shown = concluded_plainly(split, before, kept, examined, scores, verdict), verdict.shown
     ordered, alike = (*plain.causes, *plain.corrections), scores.beliefs.members
-    rivals = rivals_of(settled.pruned.after, settled.equals) if verdict.corrects else []
+    rivals = rivals_of(kept.pruned.after, kept.equals) if verdict.corrects else []
     frame = {
         name: value
         for (effect, name), value in shown.values.items()
-        if not effect and name in posed.registration.free
+        if not effect and name in split.registration.free
     }
     notes = [
-        *registration_notes(posed.registration, frame),
-        *_notes_on_causes(choice, settled, examined, scores, verdict, replayed),
+        *registration_notes(split.registration, frame),
+        *_notes_on_causes(choice, kept, examined, scores, verdict, replayed),
     ]
-    further, said = further_numbers(posed.train, plain.fits, shown)
+    further, said = further_numbers(split.train, plain.fits, shown)
     if verdict.corrects:
-        further |= _as_chosen_in_training(posed, before, choice, settled)
+        further |= _as_chosen_in_training(split, before, choice, kept)
     notes += [*said, *doubts(ordered, plain.by_unit)]
     if replayed.replays:
         found, said = agreement_with_simulation(
-            posed.train, posed.heldout.trials, replayed.replays, plain.fits
+            split.train, split.heldout.trials, replayed.replays, plain.fits
         )
         further |= found
         notes += said
@@ -407,7 +422,7 @@ def conclude(
         plain,
         absorbs=tuple(
             replace(item, probability=scores.beliefs.groups.get(item.name, item.probability))
-            for item in settled.soaked
+            for item in kept.soaked
         ),
         equals=tuple(item for name, rival, item in rivals if rival in alike.get(name, {})),
         groups=tuple(cause.one_of for cause in ordered if len(cause.one_of) > 1),
@@ -432,14 +447,14 @@ def by_probability(causes: tuple[Cause, ...], believed: Beliefs) -> tuple[Cause,
 
 def _notes_on_causes(
     choice: Choice,
-    settled: Settled,
+    kept: HeldoutChoice,
     examined: Examined,
     scores: Scores,
     verdict: Verdict,
     replayed: Replayed,
 ) -> list[Note]:
     """Return what to say of causes that are reported, of those that are not, and why."""
-    pruned = settled.pruned
+    pruned = kept.pruned
     notes = []
     if choice.selection.unfinished:
         notes.append(
@@ -451,12 +466,12 @@ def _notes_on_causes(
     if set(pruned.after.causes) - set(choice.fit.causes) and verdict.corrects:
         notes.append(heldout_choice_note(choice.fit, pruned.after))
     if pruned.after.terms and verdict.more_is_wrong:
-        notes.append(remainder_note(pruned.after, pruned.by_unit[settled.unit], examined.remainder))
+        notes.append(remainder_note(pruned.after, pruned.by_unit[kept.unit], examined.remainder))
     if pruned.after.terms and examined.harms and not verdict.corrects:
         notes.append(harm_note(pruned.after, examined.harms))
     if verdict.unproved:
         notes.append(unproved_note(verdict.unproved))
-    notes += soaking_notes(settled.soaked)
+    notes += soaking_notes(kept.soaked)
     unlisted = scores.unlisted
     if verdict.corrects and unlisted is not None and unlisted.surer < DISCREPANCY_SURE:
         notes.append(
@@ -481,13 +496,13 @@ def _notes_on_causes(
 
 
 def _as_chosen_in_training(
-    posed: Posed, before: Calibrated, choice: Choice, settled: Settled
+    split: SplitProblem, before: Calibrated, choice: Choice, kept: HeldoutChoice
 ) -> dict[str, float]:
     """Return the held-out numbers of the hypothesis as it was chosen, where another one is reported."""
-    if settled.pruned.after is choice.fit:
+    if kept.pruned.after is choice.fit:
         return {}
-    fits = trial_fits(posed.train, posed.heldout.trials, before.fit, choice.fit)
-    found, _ = further_numbers(posed.train, fits, choice.fit)
+    fits = trial_fits(split.train, split.heldout.trials, before.fit, choice.fit)
+    found, _ = further_numbers(split.train, fits, choice.fit)
     return {f"{name}_as_chosen_in_training": value for name, value in found.items() if "after" in name}
 
 
@@ -501,18 +516,18 @@ def nothing_planned() -> NextExperiment:
 
 
 def plan_next_experiment(
-    run: DiagnosisRun, posed: Posed, conclusion: Conclusion, simulation: bool
+    run: DiagnosisRun, split: SplitProblem, conclusion: Conclusion, simulation: bool
 ) -> NextExperiment:
     """Return what to measure next, tried in the twin, and in the simulation if `simulation`."""
     run.say("looking for what to measure next")
     return next_experiment(
-        posed.train,
+        split.train,
         conclusion.fit,
         tuple(cause.name for cause in (*conclusion.causes, *conclusion.corrections)),
         conclusion.equals,
         conclusion.groups,
-        np.array([conclusion.by_unit[unit_of(name)].noise_floor for name in posed.train.columns]),
-        posed.dataset.gravity_mps2,
+        np.array([conclusion.by_unit[unit_of(name)].noise_floor for name in split.train.columns]),
+        split.dataset.gravity_mps2,
         simulation,
         run.pool,
         run.deadline,
@@ -524,7 +539,11 @@ def plan_next_experiment(
 
 
 def widen_intervals(
-    run: DiagnosisRun, posed: Posed, conclusion: Conclusion, replayed: Replayed, more_is_wrong: bool = False
+    run: DiagnosisRun,
+    split: SplitProblem,
+    conclusion: Conclusion,
+    replayed: Replayed,
+    more_is_wrong: bool = False,
 ) -> Conclusion:
     """Return what is reported with forms, with the numbers of the specimen, and with the printed intervals.
 
@@ -534,14 +553,14 @@ def widen_intervals(
     shown, shift = conclusion.fit, replayed.shift
     trusted = 1.0 if more_is_wrong else TRUSTED_SHARE
     margin = model_margin(shown, np.zeros(len(shown.numbers)) if shift is None else shift, trusted)
-    every = with_forms(posed.train, (*conclusion.causes, *conclusion.corrections), shown, run.pool)
+    every = with_forms(split.train, (*conclusion.causes, *conclusion.corrections), shown, run.pool)
     every = with_intervals(every, cause_intervals(shown, shift, trusted))
     established = len(conclusion.causes)
     return replace(
         conclusion,
         causes=every[:established],
         corrections=every[established:],
-        calibrated=calibrated_numbers(posed.train, shown, posed.thorough, margin, run.pool),
+        calibrated=calibrated_numbers(split.train, shown, split.thorough, margin, run.pool),
     )
 
 
@@ -551,10 +570,10 @@ def widen_intervals(
 
 def assemble(
     prepared: Prepared,
-    posed: Posed,
+    split: SplitProblem,
     faults: Faults,
     choice: Choice,
-    settled: Settled,
+    kept: HeldoutChoice,
     verdict: Verdict,
     conclusion: Conclusion,
     following: NextExperiment,
@@ -565,18 +584,18 @@ def assemble(
 
     `attempt`: has notes on the stages that failed.
     """
-    shown, unit = conclusion.fit, settled.unit
-    ranked = attempt("The ranking", lambda: ranking(posed.heldout, scores.hypotheses, unit), lambda: ())
+    shown, unit = conclusion.fit, kept.unit
+    ranked = attempt("The ranking", lambda: ranking(split.heldout, scores.hypotheses, unit), lambda: ())
     left: dict[str, Remainder] = attempt(
         "What is left of the error",
-        lambda: remainders(posed.dataset, conclusion.fits, conclusion.by_unit),
+        lambda: remainders(split.dataset, conclusion.fits, conclusion.by_unit),
         dict,
     )
     floor = attempt(
-        "How much the inputs tell", lambda: floor_of(posed.dataset.trials, conclusion.fits), Floor
+        "How much the inputs tell", lambda: floor_of(split.dataset.trials, conclusion.fits), Floor
     )
     return DiagnosisResult(
-        dataset=posed.dataset,
+        dataset=split.dataset,
         verdict=verdict.name,
         unit=unit,
         by_unit=conclusion.by_unit,
@@ -584,21 +603,21 @@ def assemble(
         ranking=ranked,
         indistinguishable=conclusion.groups,
         next_experiment=following,
-        extended_robot=robot_with(posed.train, shown.numbers, shown.x),
+        extended_robot=robot_with(split.train, shown.numbers, shown.x),
         fits=conclusion.fits,
         notes=(*faults.notes, *prepared.notes, *conclusion.notes, *attempt.notes),
         extra=conclusion.further,
         calibrated=conclusion.calibrated,
         structure=conclusion.structure,
         data_faults=faults.found or (prepared.lacking if verdict.name == DATA_SUSPECT else ()),
-        registration=document(posed.registration, conclusion.frame),
+        registration=document(split.registration, conclusion.frame),
         chosen_in_training=choice.fit.causes,
         absorbs=conclusion.absorbs,
         corrections=conclusion.corrections,
         probabilities=scores.beliefs.each,
         evidence=scores.evidence,
         residual=left,
-        repeatability=repeat_noise(posed.dataset.trials, posed.train.columns),
-        resolution=resolution_by_unit(posed.train.resolution),
+        repeatability=repeat_noise(split.dataset.trials, split.train.columns),
+        resolution=resolution_by_unit(split.train.resolution),
         floor=floor,
     )

@@ -29,7 +29,7 @@ from catheter_sim.diagnosis.trials import (
     motion_named,
     notes_on_ignored,
     refuse_misspelled,
-    split,
+    split_trials,
     unit_of,
 )
 from catheter_sim.errors import InputError, cut, shown, unknown
@@ -100,7 +100,7 @@ def refuse_copies(dataset: Dataset, digests: Mapping[str, bytes], where: str) ->
             copies[file] = first[digest]
     if not copies or all(trial.role == "train" for trial in dataset.trials):
         return
-    roles = {trial.file: trial.role for part in split(dataset) for trial in part}
+    roles = {trial.file: trial.role for part in split_trials(dataset) for trial in part}
     for copy, original in copies.items():
         if roles[copy] != roles[original]:
             raise InputError(

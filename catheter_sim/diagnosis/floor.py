@@ -63,7 +63,7 @@ def floor_of(trials: Sequence[Trial], fits: Sequence[TrialFit]) -> Floor:
         return Floor()
     span = np.ptp(np.concatenate([inputs[k] for k in parts["train"]]), axis=0)
     told = [
-        _told(fit.time_s, own[:, span > 0.0], span[span > 0.0], _stack(fit.after, columns))
+        _known_of_rows(fit.time_s, own[:, span > 0.0], span[span > 0.0], _stack(fit.after, columns))
         for own, fit in zip(inputs, fits, strict=True)
     ]
     known, asked = (
@@ -86,7 +86,7 @@ def floor_of(trials: Sequence[Trial], fits: Sequence[TrialFit]) -> Floor:
     return Floor(rmse, chance, _tip_mm(columns, rest))
 
 
-def _told(time_s: Array, inputs: Array, span: Array, computed: Array) -> list[Array]:
+def _known_of_rows(time_s: Array, inputs: Array, span: Array, computed: Array) -> list[Array]:
     """Return what the model knows of each row of a trial, in groups, shape (r, k) each.
 
     The inputs, how far plays and lags of them lie behind, and the computed outputs.

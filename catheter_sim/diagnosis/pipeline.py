@@ -14,12 +14,12 @@ import numpy as np
 from catheter_sim.channels import input_channels
 from catheter_sim.diagnosis.choose import (
     Choice,
-    Settled,
-    acquit_trials,
+    HeldoutChoice,
     choose_causes,
     decide_on_heldout,
     fit_unproved,
-    nothing_settled,
+    no_heldout_choice,
+    without_explained_faults,
 )
 from catheter_sim.diagnosis.conclude import (
     Examined,
@@ -52,15 +52,15 @@ from catheter_sim.diagnosis.prepare import (
     Calibrated,
     DiagnosisRun,
     Faults,
-    Posed,
     Prepared,
+    SplitProblem,
     calibrate,
     find_data_faults,
     not_searched,
-    pose,
     prepare,
     readings_of,
     running,
+    split_problem,
 )
 from catheter_sim.diagnosis.programmes import bench_of
 from catheter_sim.diagnosis.report import with_notes, write_results
@@ -68,7 +68,7 @@ from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.thresholds import MOST_CAUSES, NATS_PER_MINUTE
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.workers import SERIAL, Workers
-from catheter_sim.effects.apply import embodied
+from catheter_sim.effects.apply import with_built_in_effects
 from catheter_sim.effects.varying import without_variations
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.progress import note
@@ -128,7 +128,7 @@ def write_diagnosis(diagnosis: DiagnosisResult, folder: str | os.PathLike[str]) 
 def model_of(diagnosis: DiagnosisResult) -> str:
     """Return the extended robot as MJCF."""
     actuation = diagnosis.dataset.trials[0].inputs.actuation
-    return build_mjcf(embodied(without_variations(diagnosis.extended_robot)), actuation)
+    return build_mjcf(with_built_in_effects(without_variations(diagnosis.extended_robot)), actuation)
 
 
 def diagnose_dataset(
@@ -165,11 +165,11 @@ class Investigation:
     """A diagnosis with the hypotheses that it tried, for whoever plans what to measure next.
 
     `settled` is the hypothesis at which it ended, named or not; `equals` explain the data as well, another
-    cause in a settled one's place; `hypotheses` has every set of causes that was fitted.
+    cause in a kept one's place; `hypotheses` has every set of causes that was fitted.
     """
 
     diagnosis: DiagnosisResult
-    posed: Posed
+    split: SplitProblem
     settled: Fit
     equals: tuple[Fit, ...]
     hypotheses: tuple[Scored, ...]
@@ -215,97 +215,97 @@ def investigate_prepared(
     At most `most` causes may be named; 0: none is, whatever explains the data. `chosen`: the causes of these
     measurements, where they were looked for already, whatever `most` is.
     """
-    posed = pose(prepared)
-    before = calibrate(posed)
-    faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
-    choice = chosen or choose_causes(run, posed, faults, most)
+    split = split_problem(prepared)
+    before = calibrate(split)
+    faults = without_explained_faults(run, split, before, find_data_faults(split, before))
+    choice = chosen or choose_causes(run, split, faults, most)
     attempt = Attempts()
-    settled, examined, scores, verdict, replayed = _settle(
-        run, posed, before, choice, faults, simulation, attempt
+    kept, examined, scores, verdict, replayed = _settle(
+        run, split, before, choice, faults, simulation, attempt
     )
     conclusion = attempt(
         "What is said of the causes",
-        lambda: conclude(posed, before, choice, settled, examined, scores, verdict, replayed),
-        lambda: concluded_plainly(posed, before, settled, examined, scores, verdict),
+        lambda: conclude(split, before, choice, kept, examined, scores, verdict, replayed),
+        lambda: concluded_plainly(split, before, kept, examined, scores, verdict),
     )
     following = attempt(
         "The next experiment",
-        lambda: plan_next_experiment(run, posed, conclusion, simulation),
+        lambda: plan_next_experiment(run, split, conclusion, simulation),
         nothing_planned,
     )
     sure = attempt(
         "How sure the numbers are",
-        lambda: widen_intervals(run, posed, conclusion, replayed, verdict.more_is_wrong),
+        lambda: widen_intervals(run, split, conclusion, replayed, verdict.more_is_wrong),
         lambda: conclusion,
     )
-    found = assemble(prepared, posed, faults, choice, settled, verdict, sure, following, scores, attempt)
+    found = assemble(prepared, split, faults, choice, kept, verdict, sure, following, scores, attempt)
     if found.has_too_little:
-        found = replace(found, unproved=fit_unproved(posed, choice, settled))
-    return Investigation(found, posed, settled.pruned.after, conclusion.equals, scores.hypotheses)
+        found = replace(found, unproved=fit_unproved(split, choice, kept))
+    return Investigation(found, split, kept.pruned.after, conclusion.equals, scores.hypotheses)
 
 
 def _settle(
     run: DiagnosisRun,
-    posed: Posed,
+    split: SplitProblem,
     before: Calibrated,
     choice: Choice,
     faults: Faults,
     simulation: bool,
     attempt: Attempts,
-) -> tuple[Settled, Examined, Scores, Verdict, Replayed]:
+) -> tuple[HeldoutChoice, Examined, Scores, Verdict, Replayed]:
     """Return the hypothesis that stays, with what was found of it, the verdict and its replay.
 
     The replay may take a cause out. What is left is then another hypothesis, which is judged and replayed
     once more.
     """
-    settled = attempt(
+    kept = attempt(
         "What the held-out data say of the causes",
-        lambda: decide_on_heldout(run, posed, before, choice),
-        lambda: nothing_settled(run, posed, before),
+        lambda: decide_on_heldout(run, split, before, choice),
+        lambda: no_heldout_choice(run, split, before),
     )
     while True:
-        found = _judged(run, posed, before, choice, settled, faults, simulation, attempt)
-        if found[0].pruned.after is settled.pruned.after:
+        found = _judged(run, split, before, choice, kept, faults, simulation, attempt)
+        if found[0].pruned.after is kept.pruned.after:
             return found
-        settled = found[0]
+        kept = found[0]
 
 
 def _judged(
     run: DiagnosisRun,
-    posed: Posed,
+    split: SplitProblem,
     before: Calibrated,
     choice: Choice,
-    settled: Settled,
+    kept: HeldoutChoice,
     faults: Faults,
     simulation: bool,
     attempt: Attempts,
-) -> tuple[Settled, Examined, Scores, Verdict, Replayed]:
+) -> tuple[HeldoutChoice, Examined, Scores, Verdict, Replayed]:
     """Return a hypothesis pruned beside its replay, what was found of it, the verdict and the replay."""
     examined = attempt(
         "On what the error depends",
-        lambda: examine(posed, before, settled),
-        lambda: examined_plainly(posed, before, settled),
+        lambda: examine(split, before, kept),
+        lambda: examined_plainly(split, before, kept),
     )
     scores = attempt(
         "How probable each cause is",
-        lambda: score_hypotheses(run, posed, choice, settled, examined, faults),
+        lambda: score_hypotheses(run, split, choice, kept, examined, faults),
         unscored,
     )
     verdict = attempt(
         "The judgement of the causes",
-        lambda: judge(posed, before, settled, faults, examined, scores),
+        lambda: judge(split, before, kept, faults, examined, scores),
         lambda: unjudged(before, faults),
     )
     replayed = attempt(
-        "The replay in MuJoCo", lambda: replay_in_mujoco(run, posed, verdict, simulation), Replayed
+        "The replay in MuJoCo", lambda: replay_in_mujoco(run, split, verdict, simulation), Replayed
     )
     if verdict.corrects:
-        settled = attempt(
+        kept = attempt(
             "The weighing of the causes",
-            lambda: prune_again(run, posed, choice, settled, replayed),
-            lambda: settled,
+            lambda: prune_again(run, split, choice, kept, replayed),
+            lambda: kept,
         )
-    return settled, examined, scores, verdict, replayed
+    return kept, examined, scores, verdict, replayed
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -324,10 +324,10 @@ def best_after(
     `ranges`: least and most of each input that can be played, in its column's unit; `longest_s`: of one
     programme [s]; `price`: of a minute of it [nat].
     """
-    problem = found.posed.train
+    problem = found.split.train
     steps = np.concatenate([np.diff(trial.inputs.time_s) for trial in problem.trials])
     columns = input_channels(problem.robot, problem.trials[0].inputs.actuation)
     bench = bench_of(columns, ranges, float(np.median(steps)), longest_s)
     alive = alive_hypotheses(found.diagnosis.probabilities, found.settled, found.equals, found.hypotheses)
     noise = {unit: result.noise_floor for unit, result in found.diagnosis.by_unit.items()}
-    return best_experiment(problem, alive, bench, noise, found.posed.dataset.gravity_mps2, price, pool)
+    return best_experiment(problem, alive, bench, noise, found.split.dataset.gravity_mps2, price, pool)

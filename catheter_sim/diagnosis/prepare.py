@@ -63,7 +63,7 @@ from catheter_sim.diagnosis.trials import (
     Trial,
     can_be_fitted,
     measured_of,
-    split,
+    split_trials,
     too_little,
     unit_of,
 )
@@ -161,7 +161,7 @@ def readings_of(dataset: Dataset) -> ReadData:
     single, twice, copies = without_copies(replace(dataset, resolution=resolution_of(dataset)))
     new, old = without_old_readings(single)
     readings, frozen = without_frozen_readings(new)
-    train, heldout = split(readings)
+    train, heldout = split_trials(readings)
     notes, faults = (*readings.notes, *twice, *old, *frozen), copied_rows(single.trials, copies)
     return ReadData(readings, train, heldout, notes, faults, lacking_in(readings, train, heldout))
 
@@ -178,7 +178,7 @@ def prepare(dataset: Dataset, read: ReadData | None = None) -> Prepared:
     chosen = twin_of(read.dataset, read.train)
     readings, impossible, far = within_reach(read.dataset, chosen.predict)
     moved, registration = in_base_frame(readings, chosen.predict)
-    train, heldout = split(moved)
+    train, heldout = split_trials(moved)
     short = (Note("too_little", item.words) for item in read.lacking)
     notes, faults = (*far, *read.notes, *chosen.notes, *short), impossible or read.faults
     given = moved, train, heldout, notes, faults, read.lacking
@@ -194,7 +194,7 @@ def within_reach(
     measured, or no model follows them. Commands are cut off then, so that a model can be shown beside them.
     """
     beyond = beyond_robot(dataset.robot, dataset.trials)
-    train, _ = split(dataset)
+    train, _ = split_trials(dataset)
     robot = replace(dataset.robot, actuation=train[0].inputs.actuation)
 
     def predict(inputs: Inputs) -> Array:
@@ -219,7 +219,7 @@ def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dat
     does better than any motion, nothing is moved, and `find_data_faults` will name the mistake. `twin`: what
     its fits go by; None: it is chosen.
     """
-    train, _ = split(dataset)
+    train, _ = split_trials(dataset)
     twin = twin or twin_of(dataset, train).predict
     robot, columns = replace(dataset.robot, actuation=train[0].inputs.actuation), dataset.output_channels
     registration = register(train, columns, robot, twin)
@@ -231,7 +231,7 @@ def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dat
 
     moved_there = registered(dataset, registration)
     found = most_likely_mistake(train, columns, robot, predict, solved=math.inf)
-    there = relative_error_of(split(moved_there)[0], columns, predict, shifted=True)
+    there = relative_error_of(split_trials(moved_there)[0], columns, predict, shifted=True)
     if found is not None and found.error < MISTAKE_SURER * there:
         return dataset, unmoved(registration)
     return moved_there, registration
@@ -242,7 +242,7 @@ def in_base_frame(dataset: Dataset, twin: Prediction | None = None) -> tuple[Dat
 
 
 @dataclass(frozen=True)
-class Posed:
+class SplitProblem:
     """What is to be fitted, and what it is tested on.
 
     Attributes:
@@ -265,14 +265,16 @@ class Posed:
     lacking: tuple[DataFault, ...] = ()
 
 
-def pose(prepared: Prepared) -> Posed:
+def split_problem(prepared: Prepared) -> SplitProblem:
     """Return the problem of prepared measurements."""
     dataset = prepared.dataset
     frame = frame_numbers(prepared.registration)
     train = training_problem(dataset, prepared.train, frame, prepared.twin)
     heldout = replace(train, trials=prepared.heldout)
     thorough = bool(dataset.calibration)
-    return Posed(dataset, prepared.registration, train, heldout, thorough, prepared.faults, prepared.lacking)
+    return SplitProblem(
+        dataset, prepared.registration, train, heldout, thorough, prepared.faults, prepared.lacking
+    )
 
 
 def training_problem(
@@ -330,10 +332,10 @@ class Calibrated:
     noise: Mapping[str, float]
 
 
-def calibrate(posed: Posed) -> Calibrated:
+def calibrate(split: SplitProblem) -> Calibrated:
     """Return the model without causes, its nuisance parameters fitted."""
-    found = fit(posed.train, (), cross_validate=False, thorough=posed.thorough)
-    return Calibrated(found, noise_beside(posed.train, found))
+    found = fit(split.train, (), cross_validate=False, thorough=split.thorough)
+    return Calibrated(found, noise_beside(split.train, found))
 
 
 def noise_beside(train: Problem, result: Fit) -> dict[str, float]:
@@ -393,7 +395,7 @@ def _not_computed(trial: Trial) -> TrialFit:
 # A column in other units, two columns swapped, a sensor that froze, a trial of another robot: each makes
 # the model err grossly, and each can be imitated by a cause of error, wrongly. They are looked for first,
 # and where one is found no cause is named. What speaks against some trials alone may be a cause that these
-# trials call upon more than others: see `acquit_trials`.
+# trials call upon more than others: see `without_explained_faults`.
 
 SUSPECTED = "The data look wrong, so no cause was looked for"
 
@@ -415,11 +417,11 @@ class Faults:
         return tuple(Note("data_fault", f"{SUSPECTED}: {item.words}") for item in self.found)
 
 
-def find_data_faults(posed: Posed, before: Calibrated) -> Faults:
+def find_data_faults(split: SplitProblem, before: Calibrated) -> Faults:
     """Return what looks wrong with the data."""
-    if posed.faults:
-        return Faults(posed.faults)
-    return data_faults(posed.train, before.fit, posed.heldout.trials, before.noise)
+    if split.faults:
+        return Faults(split.faults)
+    return data_faults(split.train, before.fit, split.heldout.trials, before.noise)
 
 
 def data_faults(

@@ -14,11 +14,11 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.variation import MARK, Variation, number_varied, variation_of
 from catheter_sim.diagnosis.comparison import (
     as_good,
+    leaves_only_noise,
+    leaves_only_noise_in_motion,
     may_replace,
     pays,
     rivals_of,
-    settled,
-    settled_in_motion,
     within_model,
 )
 from catheter_sim.diagnosis.fit import Fit, fit
@@ -387,19 +387,22 @@ class Search:
         Of a robot in motion, where each fit costs minutes, other forms are not tried.
         """
         alone = in_order(singles)
-        if self.problem.moving or not alone or any(settled(self.problem, item) for item in alone):
+        if self.problem.moving or not alone or any(leaves_only_noise(self.problem, item) for item in alone):
             return [null]
         best = [item.terms[0] for item in alone[:FIRST_IN_ALL_FORMS]]
         terms = [other for mine in best for _, other in in_other_forms(self.problem.robot, mine)]
         forms = in_order(self.fitted([((term,), {}) for term in terms]))[:1]
-        return [null, *(item for item in forms if settled(self.problem, item) and pays(alone[0], item))]
+        return [
+            null,
+            *(item for item in forms if leaves_only_noise(self.problem, item) and pays(alone[0], item)),
+        ]
 
     def _alone_in_motion(self, null: Fit, terms: Sequence[Term]) -> list[Fit]:
         """Return the fits of the best probed terms alone: of few where nothing or one of them settles it."""
         hypotheses = [(null, (term,)) for term in terms]
         picked = self.best(hypotheses, [(range(len(terms)), MOST_SINGLES)])
         first = self.fitted(picked[:FINALISTS])
-        if any(settled(self.problem, item) for item in (null, *first)):
+        if any(leaves_only_noise(self.problem, item) for item in (null, *first)):
             return first
         return [*first, *self.fitted(picked[FINALISTS:])]
 
@@ -547,7 +550,7 @@ def fit_near(search: Search, chosen: Fit, variants: Sequence[Term]) -> None:
     by_size: dict[int, list[int]] = {}
     for index, (_, terms) in enumerate(hypotheses):
         by_size.setdefault(len(terms) - len(chosen.terms), []).append(index)
-    if settled(search.problem, chosen):
+    if leaves_only_noise(search.problem, chosen):
         by_size.pop(1, None)
     search.fitted(search.best(hypotheses, [(own, NEAR_SETS) for own in by_size.values()]), chosen)
 
@@ -605,7 +608,7 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int) -> N
     rows = telling(problem)
     worth = (VARIED_WORTH * best.cross_validated_rms) ** 2 * len(best.left_out)
     found: list[Fit] = []
-    for start in path[:1] if settled(problem, best) else _distinct([path[0], best]):
+    for start in path[:1] if leaves_only_noise(problem, best) else _distinct([path[0], best]):
         asked = [*start.terms, *(term for term in terms if term not in start.terms)]
         likely = [item for item in _promised(search, start, asked, rows) if item.cost <= worth]
         few = [(item.terms, item.known) for item in likely if len(item.terms) <= most]
@@ -790,7 +793,7 @@ def _searched(
             if _ended(problem, null, path[-1], bool(variants[1])):
                 break
             if len(variants[1]) > len(detailed):
-                if settled(problem, path[-1], NEAR_NOISE):
+                if leaves_only_noise(problem, path[-1], NEAR_NOISE):
                     break
                 detailed = variants[1]
             if variants[1] and len(path) == 1:
@@ -799,11 +802,11 @@ def _searched(
         if left == CHOICE_ROUNDS - 1 and _may_vary(search, path):
             vary(search, path, (*simple, *detailed, *_varying_terms(problem, candidates)), most)
         done = search.late or within_model(problem, null, path[-1])
-        if left == CHOICE_ROUNDS - 1 and not done and not settled(problem, path[-1]):
+        if left == CHOICE_ROUNDS - 1 and not done and not leaves_only_noise(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
             other = [null]
             _forward(search, singles, (simple, detailed), other, most, PATIENCE)
-            if pays(path[-1], other[-1]) and settled(problem, other[-1]):
+            if pays(path[-1], other[-1]) and leaves_only_noise(problem, other[-1]):
                 path[:] = other
         current = _backward(search, path[-1])
         tried = search.tried
@@ -814,7 +817,7 @@ def _searched(
             search.fit_in_each_place(current, (*simple, *detailed))
         elif current.terms and not done:
             search.alone(null, detailed)
-        alone = len(current.terms) == 1 and settled(problem, current)
+        alone = len(current.terms) == 1 and leaves_only_noise(problem, current)
         if current.terms and not (alone or search.late or problem.moving):
             fit_near(search, current, (*simple, *detailed))
         if not (search.late or problem.moving):
@@ -832,7 +835,7 @@ def _may_vary(search: Search, path: Sequence[Fit]) -> bool:
     problem, best = search.problem, path[-1]
     if problem.moving or problem.model_share or search.late or not isinstance(problem.twin, Prediction):
         return False
-    return len(best.terms) > 1 or not settled(problem, best)
+    return len(best.terms) > 1 or not leaves_only_noise(problem, best)
 
 
 def _further(problem: Problem, candidates: Sequence[str]) -> list[Term]:
@@ -851,16 +854,16 @@ def _singles(
     singles = search.alone(null, simple)
     problem = search.problem
     if not problem.moving or any(
-        settled(problem, item) or within_model(problem, null, item) for item in singles
+        leaves_only_noise(problem, item) or within_model(problem, null, item) for item in singles
     ):
         return singles, 0
     singles = _once([*singles, *search.alone(null, detailed)])
-    return singles, int(any(settled(problem, item) for item in singles))
+    return singles, int(any(leaves_only_noise(problem, item) for item in singles))
 
 
 def _ended(problem: Problem, null: Fit, best: Fit, further: bool) -> bool:
     """Return whether nothing more is sought: `further`, after the first of the tiers."""
-    return within_model(problem, null, best) or (further and settled_in_motion(problem, best))
+    return within_model(problem, null, best) or (further and leaves_only_noise_in_motion(problem, best))
 
 
 def by_size(tiers: Sequence[tuple[Term, ...]]) -> tuple[list[Term], list[Term]]:
@@ -883,10 +886,10 @@ def _forward(
     while len(beam[0].terms) < most and not search.late:
         best = path[-1]
         if beam[0].terms:
-            if settled_in_motion(search.problem, best):
+            if leaves_only_noise_in_motion(search.problem, best):
                 return
             level = search.with_one_more_cause(beam, variants)
-            if len(beam[0].terms) == 1 and level and not settled(search.problem, level[0]):
+            if len(beam[0].terms) == 1 and level and not leaves_only_noise(search.problem, level[0]):
                 level = in_order(_once([*level, *search.pairs(singles, variants[0])]))
         else:
             level = in_order([item for item in singles if item.terms[0] in (*variants[0], *variants[1])])
@@ -902,9 +905,9 @@ def _forward(
             if within_model(search.problem, path[0], front):
                 return
             waited = 0
-            if settled(search.problem, front):
+            if leaves_only_noise(search.problem, front):
                 beam = [front]
-        elif settled(search.problem, best):
+        elif leaves_only_noise(search.problem, best):
             return
         elif waited < patience:
             waited += 1

@@ -466,7 +466,7 @@ def _spread(trials: Sequence[Trial], columns: Sequence[str]) -> Array:
 # How trials are parted into those that train and those that are held out.
 
 
-def split(dataset: Dataset) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:
+def split_trials(dataset: Dataset) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:
     """Return the training trials and the held-out trials of `dataset`, each with its role set.
 
     Roles that the data set gives are kept. If it holds no trial out, the last trials without a role

@@ -42,7 +42,7 @@ from catheter_sim.diagnosis.result import (
 from catheter_sim.diagnosis.thresholds import GAIN_CHANCE, LARGE_GAIN_PERCENT, NEAR_NOISE
 from catheter_sim.diagnosis.trials import TIP, Dataset, Trial, measured_of, unit_of
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
-from catheter_sim.effects.apply import arriving_inputs, embodied, observed
+from catheter_sim.effects.apply import arriving_inputs, observed, with_built_in_effects
 from catheter_sim.effects.varying import varies
 from catheter_sim.simulation.replay import SimulationRun, simulate
 from catheter_sim.tables import Table
@@ -139,7 +139,7 @@ def replay(
     if varies(robot):
         run = simulate(robot, trial.inputs, gravity_mps2, dynamic=moving, ramp_s=SMOOTH_RAMP_S)
         return _replayed(replace(robot, effects={}), trial, columns, run)
-    built = embodied(robot)
+    built = with_built_in_effects(robot)
     arriving = arriving_inputs(robot, trial.inputs, moving)
     if moving:
         return _replayed(robot, trial, columns, simulate(built, arriving, gravity_mps2, dynamic=True))

@@ -117,7 +117,7 @@ def _acts(key: _Itself) -> Mapping[Stage, tuple[Act, ...]]:
     return found
 
 
-def embodied(robot: R) -> R:
+def with_built_in_effects(robot: R) -> R:
     """Return `robot` with its effects put into the specification, and none left to apply.
 
     What acts on inputs, on its shape and on what is observed is not in it: see `arriving_inputs`, `shaped`
@@ -218,7 +218,7 @@ def remembers_what_was_seen(robot: RobotSpec) -> bool:
     )
 
 
-def seen(robot: RobotSpec, true: Observed) -> Observed:
+def measured(robot: RobotSpec, true: Observed) -> Observed:
     """Return what is measured of the robot when `true` is the case, row after row.
 
     What remembers has watched long enough before the first row to show it as it is. Orientations that are
@@ -269,7 +269,7 @@ def observed(robot: RobotSpec, time_s: Array, postures: tuple[Posture, ...]) -> 
     count = p_w.shape[1]
     if robot.markers:  # points like the others
         p_w = np.concatenate([p_w, marker_points(robot.markers, p_w, R_w)], axis=1)
-    now = seen(robot, Observed(time_s[: len(postures)], p_w, R_w, *others))
+    now = measured(robot, Observed(time_s[: len(postures)], p_w, R_w, *others))
     return tuple(
         replace(
             posture,
@@ -317,7 +317,7 @@ def in_force(robot: R, inputs: Inputs, where: str = "", moving: bool = False) ->
 
 
 def built_in(robot: R, where: str = "") -> R:
-    """Return `embodied(robot)`, checked; a robot without effects is returned as it is.
+    """Return `with_built_in_effects(robot)`, checked; a robot without effects is returned as it is.
 
     Raises:
         InputError: an effect or a value is not possible, or the robot is not with them.
@@ -325,7 +325,7 @@ def built_in(robot: R, where: str = "") -> R:
     if not robot.effects:
         return robot
     check_effects(robot)
-    changed = embodied(robot)
+    changed = with_built_in_effects(robot)
     check_robot(changed, where or robot.name)
     return changed
 
@@ -341,14 +341,14 @@ def wholly_built_in(robot: R) -> R:
     if outside:
         raise InputError(
             f"{robot.name}: {', '.join(f'effects.{name}' for name in outside)}: acts on inputs or outputs, "
-            "which steps of a simulator do not; `simulate` and environments do, `effects.apply.embodied` "
-            "leaves it out"
+            "which steps of a simulator do not; `simulate` and environments do, "
+            "`effects.apply.with_built_in_effects` leaves it out"
         )
     return changed
 
 
 def outside_the_robot(robot: RobotSpec) -> list[str]:
-    """Return the effects that `embodied` leaves out, in part or whole: they act on inputs or outputs.
+    """Return the effects that act on inputs or outputs: `with_built_in_effects` leaves them out.
 
     Tried out on a history of inputs in which every tendon moves, on a shape, and on a frame.
     """

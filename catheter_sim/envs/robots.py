@@ -23,9 +23,9 @@ from catheter_sim.effects.apply import (
     ArrivingCommands,
     Sight,
     check_effects,
-    embodied,
     remembers_what_was_seen,
     reshaping,
+    with_built_in_effects,
 )
 from catheter_sim.envs.surroundings import Surround
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
@@ -147,7 +147,7 @@ class Plant:
                 f"{robot.name}: {', '.join(f'effects.{name}' for name in outside)}: acts on the shape of the "
                 "whole robot, which `simulate` shows and an environment does not; leave it out"
             )
-        built_in = embodied(self.specified)
+        built_in = with_built_in_effects(self.specified)
         check_robot(built_in, robot.name)
         # By default without inertia, as in all checks against theory: dry friction remembers every overshoot,
         # and how far a robot of assumed mass and damping overshoots is not known.

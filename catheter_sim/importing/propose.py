@@ -99,7 +99,7 @@ class Proposal:
         robot: as specified.
         inputs, outputs: the channels.
         table: the table `[map]`, key by key.
-        guesses: what was settled, and how sure it is.
+        guesses: what was resolved, and how sure it is.
         asked: what the user stated.
         ignored: columns that are not used.
     """
@@ -178,11 +178,11 @@ def propose(robot: RobotSpec, path: str | os.PathLike[str], asked: Asked) -> Pro
             f"columns: {found}"
         )
     beside = _Beside(robot, raw, log, clock, table.get("inputs_time_s"), entries, points, asked)
-    settled, more, outputs = _settled(beside, heads, inputs_sure)
+    resolved, more, outputs = _resolved_map(beside, heads, inputs_sure)
     guesses += more
     every = -(-len(raw.cells) // MOST_HELD_ROWS)
     if every > 1 and asked.motion != "dynamic":
-        settled = {"every": every, **settled}
+        resolved = {"every": every, **resolved}
         guesses.append(
             Guess("map.every", str(every), f"{len(raw.cells)} rows; each is held until at rest", False)
         )
@@ -191,7 +191,7 @@ def propose(robot: RobotSpec, path: str | os.PathLike[str], asked: Asked) -> Pro
         robot=robot,
         inputs=tuple(columns),
         outputs=(*outputs, *others),
-        table=table | settled,
+        table=table | resolved,
         guesses=tuple(guesses),
         asked=asked,
         ignored=tuple(name for name in raw.names if name not in used),
@@ -303,7 +303,7 @@ def _angle(channel: str, unit: str, guess: str, asked: Asked) -> tuple[str, list
 def _motor(
     channel: str, unit: str, guesses: list[Guess], values: Array, asked: Asked
 ) -> tuple[dict[str, Any], list[Guess]]:
-    """Return how a motor's angle is read, and how sure that is; a number of 0 is settled later.
+    """Return how a motor's angle is read, and how sure that is; a number of 0 is resolved later.
 
     Args:
         channel: what it drives.
@@ -367,7 +367,7 @@ class _Beside:
     asked: Asked
 
 
-def _settled(
+def _resolved_map(
     beside: _Beside, heads: Heads, inputs_sure: bool
 ) -> tuple[dict[str, Any], list[Guess], tuple[str, ...]]:
     """Return axes, points and inputs of the map, settled by laying the file over the robot.
@@ -397,8 +397,8 @@ def _settled(
     if rows is None:
         return entries, found, ()
     if plane:
-        settled, more = plane_frame(rows, entries, points, unit, picture)
-        return settled | entries, [*found, *more], tuple(settled)
+        resolved, more = plane_frame(rows, entries, points, unit, picture)
+        return resolved | entries, [*found, *more], tuple(resolved)
     axes, unit, more = frame_of(rows, entries, unit, inputs_sure and all(guess.sure for guess in assumed))
     tables = {name: {"columns": list(columns), "unit": unit} for name, columns in points.items()}
     outputs = tuple(f"{point}_{axis}_mm" for point in points for axis in "xyz")

@@ -49,7 +49,7 @@ class Targets:
         plain = self.names[: self.millimetres + self.degrees]
         return (*plain, *QUATERNION) if len(self.names) > len(plain) else plain
 
-    def seen(self, outputs: Array) -> Array:
+    def values_of(self, outputs: Array) -> Array:
         """Return the values of `names` in outputs of `observed`, shape (..., m)."""
         plain = self.millimetres + self.degrees
         if len(self.names) == plain:
@@ -222,7 +222,7 @@ class Forward:
         self._twin: Prediction = twin_for(self._robot, drives.actuation, targets.observed, gravity_mps2)
         self.remembers = self._way_counts()
 
-    def seen(self, past: Array, candidates: Array, times: Array) -> Array:
+    def next_values(self, past: Array, candidates: Array, times: Array) -> Array:
         """Return the targets' columns under each candidate for the next row, shape (B, m); NaN: no balance.
 
         `past` holds the levels of the rows before, shape (h, d), `candidates` levels, shape (B, d), and
@@ -236,7 +236,7 @@ class Forward:
     def _at_the_end(self, ways: Sequence[Array], times: Array) -> Array:
         """Return the targets' columns at the end of ways of levels, shape (h, d) each, (B, m)."""
         histories = [inputs_at(self.drives, levels, times - times[0]) for levels in ways]
-        return self.targets.seen(self._twin.of_histories(self._robot, histories)[:, -1])
+        return self.targets.values_of(self._twin.of_histories(self._robot, histories)[:, -1])
 
     def _way_counts(self) -> bool:
         """Try whether larger inputs before, and any, change what is seen; asked of a few random pairs."""
@@ -315,7 +315,9 @@ class Rows:
         count = _CLOUD_RUBBING if self.remembers else _CLOUD
         self._cloud = random_levels(drives, count, np.random.default_rng(0))  # the same every time
         self._cloud[0] = 0.0
-        self._cloud_seen = self._forward.seen(np.zeros((0, len(drives.names))), self._cloud, np.zeros(1))
+        self._cloud_seen = self._forward.next_values(
+            np.zeros((0, len(drives.names))), self._cloud, np.zeros(1)
+        )
         if not np.isfinite(self._cloud_seen).all(axis=1).any():
             raise InputError(f"{robot.name}: no posture of its twin balances within the limits of its inputs")
         self._enough = (_ENOUGH_TO_SPARE if self.spare else _ENOUGH) * self.tolerance
@@ -359,9 +361,9 @@ class Rows:
 
     def reached(self, found: Sequence[BoundedFit]) -> Array:
         """Return the targets' columns by the twin, shape (r, m)."""
-        levels, clock, seen = _levels(found), self.clock, self._forward.seen
+        levels, clock, values = _levels(found), self.clock, self._forward.next_values
         rows = range(len(levels))
-        return np.concatenate([seen(levels[:k], levels[k : k + 1], clock[: k + 1]) for k in rows])
+        return np.concatenate([values(levels[:k], levels[k : k + 1], clock[: k + 1]) for k in rows])
 
     def inputs(self, found: Sequence[BoundedFit]) -> Inputs:
         """Return the rows' inputs."""
@@ -370,7 +372,7 @@ class Rows:
     def _misses(self, asked: Array, found: Sequence[BoundedFit], row: int) -> Function:
         past = _levels(found[:row]).reshape(-1, len(self.drives.names))
         times = self.clock[: row + 1]
-        return lambda levels: self.targets.misses(self._forward.seen(past, levels, times), asked[row])
+        return lambda levels: self.targets.misses(self._forward.next_values(past, levels, times), asked[row])
 
     def _search(
         self, asked: Array, found: Sequence[BoundedFit], row: int, start: Array, slopes: Array | None = None
@@ -523,7 +525,7 @@ class InSimulation:
     def _columns(self, postures: Sequence[Posture]) -> Array:
         targets = self.rows.targets
         columns = posture_columns(self._robot, postures, targets.observed)
-        return targets.seen(np.stack([columns[name] for name in targets.observed], axis=1))
+        return targets.values_of(np.stack([columns[name] for name in targets.observed], axis=1))
 
 
 # ----------------------------------------------------------------------------------------------------

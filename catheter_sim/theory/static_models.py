@@ -15,7 +15,7 @@ from catheter_sim.core.inputs import Inputs, require_tip_loads_alone, with_tip_w
 from catheter_sim.core.kind import Kind
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import StaticModel, StaticRun
-from catheter_sim.effects.apply import embodied, in_force
+from catheter_sim.effects.apply import in_force, with_built_in_effects
 from catheter_sim.effects.varying import mixed, mixed_postures, varies, without_variations
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.robots import KINDS, kind_of
@@ -54,7 +54,7 @@ class TheoryModel:
 
     def lacks(self, robot: RobotSpec) -> str:
         """Return what of `robot`, of the model's kind, it does not know, in words; "" if nothing."""
-        return self.model.lacks(embodied(without_variations(robot)) if robot.effects else robot)
+        return self.model.lacks(with_built_in_effects(without_variations(robot)) if robot.effects else robot)
 
     def solve(self, robot: RobotSpec, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         """Return what is observed of `robot` with its effects, row after row, as inputs are commanded.

@@ -21,12 +21,12 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import OneByOne, Twin, TwinStates
 from catheter_sim.effects.apply import (
     arriving_inputs,
-    embodied,
+    measured,
     remembers_what_was_seen,
     reshapes,
-    seen,
     sees_otherwise,
     shaped,
+    with_built_in_effects,
 )
 from catheter_sim.effects.varying import mixed, mixed_angles, mixed_shapes, mixed_tensions, varies
 from catheter_sim.robots import kind_of
@@ -110,7 +110,7 @@ class Prediction:
         """
         if varies(robot):
             return np.array([self([robot], item)[0] for item in histories])
-        built_in = embodied(robot)
+        built_in = with_built_in_effects(robot)
         arriving = [
             with_tip_weight(arriving_inputs(robot, item), built_in.tip_mass_kg, self.gravity_mps2)
             for item in histories
@@ -197,7 +197,7 @@ def _built_in(robots: Sequence[RobotSpec]) -> list[RobotSpec]:
     """Return robots with their effects built in, without markers; of equal ones the same object."""
     found: list[RobotSpec] = []
     for robot in robots:
-        own = embodied(robot)
+        own = with_built_in_effects(robot)
         if own.markers:  # they are only seen
             own = replace(own, markers=())
         found.append(next((item for item in found if item == own), own))
@@ -329,7 +329,7 @@ def _observed(robots: Sequence[RobotSpec], states: TwinStates, time_s: Array, ti
     angles = states.joint_angles() if remember else np.empty((*states.tension.shape[:2], 0))
     tips = states.R_w[:, :, [] if tip is None else [tip]]
     rows = zip(states.p_w, tips, angles, states.tension, strict=True)
-    found = [seen(robot, Observed(time_s, *own)) for robot, own in zip(robots, rows, strict=True)]
+    found = [measured(robot, Observed(time_s, *own)) for robot, own in zip(robots, rows, strict=True)]
     p_w, tips, late, tension = (
         np.array([getattr(item, name) for item in found])
         for name in ("p_w", "R_w", "joint_angles", "tension")

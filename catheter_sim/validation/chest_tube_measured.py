@@ -23,7 +23,7 @@ from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.prepare import training_problem
 from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.result import DiagnosisResult
-from catheter_sim.diagnosis.trials import Trial, measured_of, split
+from catheter_sim.diagnosis.trials import Trial, measured_of, split_trials
 from catheter_sim.diagnosis.workers import Workers
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.complete import complete
@@ -177,7 +177,7 @@ def calibrate_draw(folder: Path, shapes_mm: Array, seed: int, jobs: int = 1) -> 
     dataset = load_dataset(folder)
     # Three held-out rows are too few to name a cause, which is not asked here: numbers are calibrated.
     diagnosis = diagnose_dataset(dataset, Workers(jobs), simulation=False, search_anyway=True)
-    train, heldout = split(dataset)
+    train, heldout = split_trials(dataset)
     problem = training_problem(dataset, train)
     (fitted,) = (item.before for item in diagnosis.fits if item.role == "heldout")
     model = np.stack([fitted.columns[name] for name in COLUMNS], axis=1)

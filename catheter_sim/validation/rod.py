@@ -92,7 +92,7 @@ def rod_cases(every: int = EVERY) -> list[RodCase]:
     return cases
 
 
-def settled(robot: ContinuumRobot, case: RodCase, turn: Array | None = None) -> tuple[Array, Array]:
+def at_rest(robot: ContinuumRobot, case: RodCase, turn: Array | None = None) -> tuple[Array, Array]:
     """Return the stations' places, shape (s, 3) [m], and the tip's orientation, shape (3, 3), at rest.
 
     Args:
@@ -114,7 +114,7 @@ def shape_errors_percent(robot: ContinuumRobot, cases: list[RodCase]) -> Array:
     """Return each case's mean and largest distance of a station, shape (c, 2) [% of the length]."""
     found = []
     for case in cases:
-        away = np.linalg.norm(settled(robot, case)[0] - case.points, axis=1) / LENGTH_M * 100.0
+        away = np.linalg.norm(at_rest(robot, case)[0] - case.points, axis=1) / LENGTH_M * 100.0
         found.append((away.mean(), away.max()))
     return np.array(found)
 
@@ -139,8 +139,8 @@ def _turned_mm(robot: ContinuumRobot, case: RodCase, angle_deg: float) -> float:
     """Return how far the tip is from the turned tip when all loads are turned about z [mm]."""
     c, s = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    straight, _ = settled(robot, case)
-    turned, _ = settled(robot, case, R)
+    straight, _ = at_rest(robot, case)
+    turned, _ = at_rest(robot, case, R)
     return float(np.linalg.norm(turned[-1] - R @ straight[-1])) * 1e3
 
 

@@ -16,7 +16,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.diagnosis.trials import Dataset, Trial
-from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with_effects
+from catheter_sim.effects.apply import arriving_inputs, observed, with_built_in_effects, with_effects
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.tables import Table
@@ -129,7 +129,9 @@ def data_set(
         before = [run for run, trial in zip(runs, trials, strict=True) if same_rows(trial.inputs, inputs)]
         # A repeat goes as the first time, but for the noise.
         postures = (
-            before[0] if before else postures_of(embodied(hidden), arriving_inputs(hidden, inputs), solver)
+            before[0]
+            if before
+            else postures_of(with_built_in_effects(hidden), arriving_inputs(hidden, inputs), solver)
         )
         runs.append(postures)
         values = posture_columns(hidden, observed(hidden, inputs.time_s, postures))

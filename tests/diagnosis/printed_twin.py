@@ -9,7 +9,7 @@ import numpy as np
 
 from catheter_sim.channels import posture_columns
 from catheter_sim.core.inputs import Inputs
-from catheter_sim.effects.apply import arriving_inputs, embodied, observed
+from catheter_sim.effects.apply import arriving_inputs, observed, with_built_in_effects
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.complete import NotBalanced, balanced, postures
 from catheter_sim.robots.rolling.description import rolling_chain
@@ -49,7 +49,7 @@ class PrintedTwin:
 
     def _outputs(self, robot: RollingRobot) -> list[np.ndarray]:
         arrived = joined([arriving_inputs(robot, item) for item in self.trials])
-        chain = rolling_chain(embodied(robot))
+        chain = rolling_chain(with_built_in_effects(robot))
 
         def moments(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             found = printed_balance(

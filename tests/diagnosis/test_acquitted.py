@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from planted import small_data
 
-from catheter_sim.diagnosis.choose import acquit_trials
-from catheter_sim.diagnosis.prepare import DiagnosisRun, Faults, calibrate, pose, prepare
+from catheter_sim.diagnosis.choose import without_explained_faults
+from catheter_sim.diagnosis.prepare import DiagnosisRun, Faults, calibrate, prepare, split_problem
 from catheter_sim.diagnosis.result import DataFault
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.workers import SERIAL
@@ -19,9 +19,9 @@ JUMP = DataFault("all positions jump here", "trial_0.csv", (10, 40))
 
 def acquitted(dataset: Dataset, faults: Faults, said: list[str] | None = None) -> Faults:
     """Return what is left of these faults; `said` gets what is told meanwhile."""
-    posed = pose(prepare(dataset))
+    split = split_problem(prepare(dataset))
     say = (lambda line: None) if said is None else said.append
-    return acquit_trials(DiagnosisRun(SERIAL, say), posed, calibrate(posed), faults)
+    return without_explained_faults(DiagnosisRun(SERIAL, say), split, calibrate(split), faults)
 
 
 def bumped(dataset: Dataset, size_mm: float) -> Dataset:

@@ -15,7 +15,7 @@ from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.nuisance import calibration_numbers, nuisances_of
 from catheter_sim.diagnosis.prepare import training_problem
 from catheter_sim.diagnosis.search import candidates_for
-from catheter_sim.diagnosis.trials import split
+from catheter_sim.diagnosis.trials import split_trials
 from catheter_sim.errors import InputError
 from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.validation.chest_tube_measured import (
@@ -65,7 +65,7 @@ def test_what_is_calibrated_is_not_named_a_cause(tmp_path):
     shapes = np.ones((len(TENSIONS_N), 15, 3)) * np.arange(1.0, 16.0)[:, None] * 15.0
     write_draw(tmp_path, shapes, seed=0)
     dataset = load_dataset(tmp_path)
-    train, _ = split(dataset)
+    train, _ = split_trials(dataset)
     problem = training_problem(dataset, train)
     assert [item.name for item in problem.nuisances] == list(RANGES)
     assert {"tendon_friction", "stiffness"}.isdisjoint(candidates_for(problem))

@@ -10,7 +10,7 @@ from planted import data_set, displacement_history, small_data, small_robot
 
 from catheter_sim.core.inputs import slice_inputs
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
-from catheter_sim.diagnosis.prepare import SUSPECTED, calibrate, find_data_faults, pose, prepare
+from catheter_sim.diagnosis.prepare import SUSPECTED, calibrate, find_data_faults, prepare, split_problem
 from catheter_sim.diagnosis.readings import without_frozen_readings
 
 pytestmark = pytest.mark.slow
@@ -97,7 +97,7 @@ def test_a_cause_that_one_trial_shows_most_is_no_fault_of_that_trial():
     data, sound = (
         data_set(small_robot(), "small.toml", hidden, histories, columns) for hidden in (creeping, {})
     )
-    prepared = pose(prepare(data))
+    prepared = split_problem(prepare(data))
     assert find_data_faults(prepared, calibrate(prepared)).of_trials
     assert [cause.name for cause in found(data).causes] == ["drift"]
     other = small_data({"stiffness": {"scale": 0.7}})

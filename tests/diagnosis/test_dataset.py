@@ -16,7 +16,7 @@ from catheter_sim.channels import read_inputs
 from catheter_sim.core.document import leaves, to_document
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.trials import Trial, cycles, is_repeat, split, unit_of
+from catheter_sim.diagnosis.trials import Trial, cycles, is_repeat, split_trials, unit_of
 from catheter_sim.errors import InputError
 from catheter_sim.files import assets_folder
 from catheter_sim.tables import Table, read_table, write_table
@@ -270,7 +270,7 @@ def test_a_copy_of_a_trial_tests_nothing(folder: Path, roles: tuple[str | None, 
 def test_a_repeat_is_no_copy(folder: Path) -> None:
     """The same inputs measured again are a legal test, in other digits by one."""
     (folder / "b.csv").write_text(CSV.replace("59.9", "59.8"))
-    train, heldout = split(load_dataset(folder))
+    train, heldout = split_trials(load_dataset(folder))
     assert is_repeat(train[0], heldout[0])
 
 
@@ -301,7 +301,7 @@ def test_missing_keys_are_told_all_at_once(folder: Path) -> None:
 
 def test_roles_rule_the_split(folder: Path) -> None:
     """Roles that are given are kept."""
-    train, heldout = split(load_dataset(folder))
+    train, heldout = split_trials(load_dataset(folder))
     assert [trial.file for trial in train] == ["a.csv"]
     assert [trial.file for trial in heldout] == ["b.csv"]
 
@@ -310,7 +310,7 @@ def test_all_train_leaves_nothing_to_test(folder: Path) -> None:
     """A data set whose trials all train says so instead of testing on them."""
     toml('"heldout"', '"train"')(folder)
     with pytest.raises(InputError, match="every trial has the role train"):
-        split(load_dataset(folder))
+        split_trials(load_dataset(folder))
 
 
 def test_split_by_trials_keeps_repeats_in_training(folder: Path) -> None:
@@ -321,7 +321,7 @@ def test_split_by_trials_keeps_repeats_in_training(folder: Path) -> None:
     assert is_repeat(trials[1], trials[-1])
     assert not is_repeat(trials[1], trials[2])
     dataset = replace(load_dataset(folder), trials=tuple(trials))
-    train, heldout = split(dataset)
+    train, heldout = split_trials(dataset)
     assert [trial.file for trial in heldout] == ["4.csv", "5.csv"]
     assert {trial.role for trial in heldout} == {"heldout"}
     assert {trial.role for trial in train} == {"train"}
@@ -333,7 +333,7 @@ def test_split_of_one_trial_falls_between_cycles(folder: Path) -> None:
     ramp = np.concatenate([np.linspace(0, 0.5, 10), np.linspace(0.5, 0, 10)[1:]])
     pull = np.concatenate([ramp, ramp[1:], ramp[1:], ramp[1:]])
     dataset = replace(load_dataset(folder), trials=(trial_of(pull),))
-    (train,), (heldout,) = split(dataset)
+    (train,), (heldout,) = split_trials(dataset)
     row = len(train.inputs)
     assert pull[row] == 0.0
     assert row == 54

@@ -13,7 +13,7 @@ import catheter_sim as cs
 from catheter_sim.cli.main import main
 from catheter_sim.diagnosis import prepare
 from catheter_sim.diagnosis.prepare import readings_of
-from catheter_sim.diagnosis.trials import split
+from catheter_sim.diagnosis.trials import split_trials
 
 ROBOT = "mitral_transseptal"
 NOTHING = "No cause can be named from these data of mitral_transseptal."
@@ -187,7 +187,7 @@ def test_as_much_is_held_out_as_proves_something() -> None:
         made = data((rows,), (), 0.05, motion="dynamic")
         tables = {"t": {"time_s": made.trials[0].inputs.time_s} | trial(1.5, rows, 0.05)}
         tables["t"]["displacement_bending_mm"] = np.linspace(0.0, 2.0, rows)  # one cycle: cut at a row
-        (train,), _ = split(cs.dataset(ROBOT, tables, motion="dynamic"))
+        (train,), _ = split_trials(cs.dataset(ROBOT, tables, motion="dynamic"))
         assert len(train.inputs) == pytest.approx((1.0 - share) * rows, abs=1.0)
 
 

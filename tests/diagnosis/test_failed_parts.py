@@ -18,10 +18,17 @@ from catheter_sim.diagnosis import report as html
 from catheter_sim.diagnosis import report as write
 from catheter_sim.diagnosis.changes import report as since_report
 from catheter_sim.diagnosis.changes.compare import Changes
-from catheter_sim.diagnosis.choose import Choice, acquit_trials, choose_causes
+from catheter_sim.diagnosis.choose import Choice, choose_causes, without_explained_faults
 from catheter_sim.diagnosis.notes import Attempts
 from catheter_sim.diagnosis.pipeline import investigate_prepared, write_diagnosis
-from catheter_sim.diagnosis.prepare import DiagnosisRun, Prepared, calibrate, find_data_faults, pose, prepare
+from catheter_sim.diagnosis.prepare import (
+    DiagnosisRun,
+    Prepared,
+    calibrate,
+    find_data_faults,
+    prepare,
+    split_problem,
+)
 from catheter_sim.diagnosis.workers import SERIAL
 from catheter_sim.errors import TRACEBACK_VARIABLE, InputError, SimulationDiverged
 
@@ -89,10 +96,10 @@ def chosen() -> tuple[Prepared, Choice]:
         solver="pk",
     )
     prepared = prepare(data)
-    posed = pose(prepared)
-    before = calibrate(posed)
-    faults = acquit_trials(RUN, posed, before, find_data_faults(posed, before))
-    return prepared, choose_causes(RUN, posed, faults)
+    split = split_problem(prepared)
+    before = calibrate(split)
+    faults = without_explained_faults(RUN, split, before, find_data_faults(split, before))
+    return prepared, choose_causes(RUN, split, faults)
 
 
 STAGES = {

@@ -21,7 +21,7 @@ from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.pipeline import diagnose_dataset
 from catheter_sim.diagnosis.result import DiagnosisResult
 from catheter_sim.diagnosis.trials import Dataset, Trial
-from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
+from catheter_sim.effects.apply import arriving_inputs, with_built_in_effects, with_effects
 from catheter_sim.robots.notched_tube.spec import NotchedTubeRobot
 from catheter_sim.robots.notched_tube.statics import solve_rows
 from catheter_sim.tables import Table
@@ -55,7 +55,7 @@ def wrist_data(effects: Effects, actuation: str = "tension") -> Dataset:
     for index in range(3):
         inputs = loops(index + 1, actuation)
         arriving = arriving_inputs(hidden, inputs)
-        states = solve_rows([embodied(hidden)], [arriving], NO_GRAVITY, step_bend_rad=FINE_RAD)
+        states = solve_rows([with_built_in_effects(hidden)], [arriving], NO_GRAVITY, step_bend_rad=FINE_RAD)
         p_mm = 1e3 * states.faces()[0][0]
         columns = {
             f"{place}_{axis}_mm": p_mm[:, element, k] + NOISE_MM * generator.normal(size=len(inputs))

@@ -21,7 +21,7 @@ from catheter_sim.diagnosis.prepare import training_problem
 from catheter_sim.diagnosis.problem import Problem, Term
 from catheter_sim.diagnosis.result import Cause
 from catheter_sim.diagnosis.search import in_best_forms, with_forms
-from catheter_sim.diagnosis.trials import Dataset, split
+from catheter_sim.diagnosis.trials import Dataset, split_trials
 from catheter_sim.diagnosis.words import form_words
 from catheter_sim.effects import EFFECTS
 
@@ -54,7 +54,7 @@ def small_data(effects: Effects) -> Dataset:
 
 def chosen_form(dataset: Dataset, first: Term) -> tuple[Problem, Fit, Cause]:
     """Return the hypothesis to which the simplest form leads, and its cause."""
-    problem = training_problem(dataset, split(dataset)[0])
+    problem = training_problem(dataset, split_trials(dataset)[0])
     found = in_best_forms(problem, fit(problem, (first,), cross_validate=False))
     (cause,) = with_forms(problem, [Cause("rate", {}, 100.0)], found)
     return problem, found, cause
@@ -64,7 +64,7 @@ def chosen_form(dataset: Dataset, first: Term) -> tuple[Problem, Fit, Cause]:
 def test_no_form_is_tried_once_time_is_up() -> None:
     """The hypothesis stays as it was found, though another form would be the right one."""
     dataset = section_data({"rate": {"output_lag_s": 0.8}})
-    problem = training_problem(dataset, split(dataset)[0])
+    problem = training_problem(dataset, split_trials(dataset)[0])
     chosen = fit(problem, (LAG,), cross_validate=False)
     assert in_best_forms(problem, chosen, deadline=0.0) is chosen
     assert in_best_forms(problem, chosen) is not chosen
@@ -102,7 +102,7 @@ def test_where_a_robot_is_a_proportion_a_lag_is_one_on_either_side(planted: dict
 def test_a_cause_of_one_form_has_no_other() -> None:
     """Its form is named; nothing else is fitted."""
     dataset = section_data({"stiffness": {"scale": 1.3}})
-    problem = training_problem(dataset, split(dataset)[0])
+    problem = training_problem(dataset, split_trials(dataset)[0])
     chosen = fit(problem, (Term("stiffness", ("scale",)),), cross_validate=False)
     assert in_best_forms(problem, chosen) is chosen
     (cause,) = with_forms(problem, [Cause("stiffness", {}, 100.0)], chosen)
@@ -125,7 +125,7 @@ def wheel_data(effects: Effects) -> Dataset:
 def test_slack_is_told_from_play() -> None:
     """A dead zone about the middle is no loop: from play the search goes to slack, and to its size."""
     dataset = wheel_data({"backlash": {"slack_mm": 0.8}})
-    problem = training_problem(dataset, split(dataset)[0])
+    problem = training_problem(dataset, split_trials(dataset)[0])
     found = in_best_forms(problem, fit(problem, (Term("backlash", ("width_mm",)),), cross_validate=False))
     (cause,) = with_forms(problem, [Cause("backlash", {}, 100.0)], found)
     assert found.terms == (Term("backlash", ("slack_mm",)),)
@@ -183,7 +183,7 @@ def test_a_form_also_takes_the_place_of_what_stood_in_for_it() -> None:
     histories = [displacement_history(seed) for seed in (1, 2, 3)]
     columns = ("tip_x_mm", "tip_y_mm", "tip_z_mm")
     data = data_set(robot, "small.toml", effects, histories, columns, noise_mm=0.05, solver="CC")
-    problem = training_problem(data, split(data)[0])
+    problem = training_problem(data, split_trials(data)[0])
     cubic, force = Term("nonlinear_stiffness", ("cubic_mm2",)), Term("payload", ("force_z_N",))
     before = fit(problem, (cubic, force), cross_validate=False)
     found = in_best_forms(problem, before)

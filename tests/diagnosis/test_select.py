@@ -12,7 +12,7 @@ import pytest
 from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis import search, workers
-from catheter_sim.diagnosis.comparison import as_good, pays, settled
+from catheter_sim.diagnosis.comparison import as_good, leaves_only_noise, pays
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.noise import chance_of_gain
 from catheter_sim.diagnosis.problem import Problem, Term, fitted_numbers
@@ -294,4 +294,4 @@ def test_wild_rows_do_not_keep_a_search_going():
     for changed, nothing_left in ((values, True), (wild, True), (wave, False)):
         outputs = replace(trial.outputs, columns={"tip_x_mm": changed})
         asked = replace(problem, trials=(replace(trial, outputs=outputs),))
-        assert settled(asked, fit(asked, ())) is nothing_left
+        assert leaves_only_noise(asked, fit(asked, ())) is nothing_left

@@ -28,7 +28,7 @@ from catheter_sim.diagnosis.noise import errors_of
 from catheter_sim.diagnosis.nuisance import Nuisance
 from catheter_sim.diagnosis.problem import Problem, terms_for
 from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.effects.apply import arriving_inputs, embodied
+from catheter_sim.effects.apply import arriving_inputs, with_built_in_effects
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import solve_rows
 from catheter_sim.robots.continuum.constant_curvature import arc_robots, loads
@@ -88,7 +88,7 @@ def shapes(robots: Sequence[Tentacle], inputs: Inputs, every: int) -> np.ndarray
     narrower = 1.0 - TAPER / TENDON_M * middle
     found = []
     for robot in robots:
-        arrived, body = arriving_inputs(robot, inputs), embodied(robot)
+        arrived, body = arriving_inputs(robot, inputs), with_built_in_effects(robot)
         arcs = arc_robots([body])
         arcs = replace(arcs, arm=arcs.arm * narrower[:, np.newaxis])
         states = solve_rows(arcs, arrived.tendon[np.newaxis], True, loads([body], [arrived], HANGING))

@@ -18,7 +18,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.variation import MARK, variation_of
 from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.prepare import pose, prepare
+from catheter_sim.diagnosis.prepare import prepare, split_problem
 from catheter_sim.diagnosis.problem import Term, with_fewer_rows
 from catheter_sim.diagnosis.search import Selection, select
 from catheter_sim.diagnosis.trials import Dataset
@@ -90,8 +90,8 @@ def far_half_is_soft(inputs: Inputs) -> np.ndarray:
 def searched(
     law: Law, causes: list[str], robot: ContinuumRobot | None = None, names: Sequence[str] = TIP
 ) -> Selection:
-    posed = pose(prepare(measured(law, robot, names)))
-    return select(posed.train, causes)
+    split = split_problem(prepare(measured(law, robot, names)))
+    return select(split.train, causes)
 
 
 def varied(selection: Selection) -> tuple[list[str], Any, float]:
@@ -139,8 +139,8 @@ def test_a_derivative_promises_what_a_fit_keeps() -> None:
 
     Calibrated numbers stay where they may be; free of that, they would take up most of it.
     """
-    posed = pose(prepare(measured(far_half_is_soft, specified(friction=False), SHAPE)))
-    problem = with_fewer_rows(posed.train)
+    split = split_problem(prepare(measured(far_half_is_soft, specified(friction=False), SHAPE)))
+    problem = with_fewer_rows(split.train)
     term = Term("stiffness", ("scale", "scale~place.between(0.5,1)"))
     found, uniform = fit(problem, (term,)), fit(problem, (Term("stiffness", ("scale",)),))
     at = beside_fit(found, term, None)

@@ -22,7 +22,7 @@ from catheter_sim.diagnosis.noise import errors_of, residual_series, white_noise
 from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.search import candidates_for, select
 from catheter_sim.diagnosis.trials import Trial
-from catheter_sim.effects.apply import arriving_inputs, embodied
+from catheter_sim.effects.apply import arriving_inputs, with_built_in_effects
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.tables import Table
 
@@ -63,7 +63,7 @@ def joint(robots: Sequence[ContinuumRobot], inputs: Inputs, every: int) -> np.nd
     found = []
     for robot in robots:
         arrived = arriving_inputs(robot, inputs)
-        (cable,) = embodied(robot).tendons
+        (cable,) = with_built_in_effects(robot).tendons
         stretched = arrived.moment_tip[:, 1] / (cable.stiffness_N_per_m * ARM_M**2)
         found.append(np.degrees(arrived.tendon[:, 0] / ARM_M + stretched))
     return np.array(found)[:, ::every, np.newaxis]

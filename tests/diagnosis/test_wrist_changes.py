@@ -24,7 +24,7 @@ from catheter_sim.diagnosis.changes.compare import Changes, Earlier
 from catheter_sim.diagnosis.changes.series import compare_series
 from catheter_sim.diagnosis.trials import Dataset, Trial
 from catheter_sim.diagnosis.workers import ChosenTwin
-from catheter_sim.effects.apply import arriving_inputs, embodied
+from catheter_sim.effects.apply import arriving_inputs, with_built_in_effects
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 pytestmark = pytest.mark.slow
@@ -44,7 +44,7 @@ def joint(robots: Sequence[ContinuumRobot], inputs: Inputs, every: int) -> np.nd
     found = []
     for robot in robots:
         arrived = arriving_inputs(robot, inputs)
-        (cable,) = embodied(robot).tendons
+        (cable,) = with_built_in_effects(robot).tendons
         brought = angle = arrived.tendon[:, 0] / ARM_M
         force = arrived.force_tip
         for _ in range(3):  # the lever turns with the jaw: by 0.2 rad at most, which converges at once

@@ -9,7 +9,7 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, with_effects
+from catheter_sim.effects.apply import arriving_inputs, check_effects, with_built_in_effects, with_effects
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.kinematics import pk
 from catheter_sim.robots.catheter.spec import CatheterRobot
@@ -24,14 +24,14 @@ def with_(name: str, **effects: dict[str, float]) -> CatheterRobot:
     assert isinstance(robot, CatheterRobot)
     changed = with_effects(robot, effects)
     check_effects(changed)
-    return embodied(changed)
+    return with_built_in_effects(changed)
 
 
 def test_backlash_is_a_play_before_the_drives() -> None:
     """The common width and a channel's own add up, on the command; the robot stays as it is."""
     robot = load_robot("mitral_transseptal")
     wide = with_effects(robot, {"backlash": {"width_mm": 0.2, "width_torsion_distal_mm": 0.3}})
-    assert embodied(wide) == robot
+    assert with_built_in_effects(wide) == robot
     inputs = given(1e-3 * np.array([[1.0, -1.0, 1.0, 1.0], [0.9, 0.0, 0.3, 0.7]]), "displacement")
     arrived = 1e-3 * np.array([[0.9, -0.9, 0.75, 0.9], [0.9, -0.1, 0.55, 0.8]])
     np.testing.assert_allclose(arriving_inputs(wide, inputs).tendon, arrived, atol=1e-15)

@@ -11,7 +11,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import check_effects, embodied, with_effects
+from catheter_sim.effects.apply import check_effects, with_built_in_effects, with_effects
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter.kinematics import pk
 from catheter_sim.robots.catheter.spec import CatheterRobot
@@ -23,7 +23,7 @@ ROWS_MM = np.array([(0, 0, 0, 0), (0, 0, 0, 40), (2, 1, -1, 40), (-1.5, 1, 0.5, 
 
 def catheter(name: str, **values: float) -> CatheterRobot:
     """Return a robot with the effect in it."""
-    robot = embodied(with_effects(load_robot(name), {"precurvature": values}))
+    robot = with_built_in_effects(with_effects(load_robot(name), {"precurvature": values}))
     assert isinstance(robot, CatheterRobot)
     return robot
 
@@ -51,7 +51,7 @@ def test_the_tube_alone_is_the_simplest_way_then_the_joints() -> None:
     for name in ("mitral_transseptal", "mitral_4dof"):
         robot = load_robot(name)
         nulls = {item.name: item.null for item in PRECURVATURE.parameters(robot)}
-        assert embodied(with_effects(robot, {"precurvature": nulls})) == robot
+        assert with_built_in_effects(with_effects(robot, {"precurvature": nulls})) == robot
 
 
 def test_curved_tube_shows_as_far_as_it_is_out() -> None:

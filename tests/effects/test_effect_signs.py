@@ -13,7 +13,13 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction, RobotSpec
-from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed, with_effects
+from catheter_sim.effects.apply import (
+    arriving_inputs,
+    check_effects,
+    observed,
+    with_built_in_effects,
+    with_effects,
+)
 from catheter_sim.robots.continuum.constant_curvature import constant_curvature
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
@@ -77,7 +83,7 @@ def test_twist_turns_the_bending_counter_clockwise_along_the_robot(rate_deg_per_
     (arm,), short = one_tendon().segments, LENGTH_M / 20
     arms = tuple(replace(arm, name=f"arm{k}", length_m=short, disks=1) for k in range(20))
     robot = replace(one_tendon(), segments=arms, tendons=(Tendon("t", 4e-3, 0.0, "arm19"),))
-    robot = embodied(changed(robot, twist={"rate_deg_per_m": rate_deg_per_m}))
+    robot = with_built_in_effects(changed(robot, twist={"rate_deg_per_m": rate_deg_per_m}))
     tip = constant_curvature(robot, pulled(1e-3), NONE).postures[0].p_w[-1]
     place = (np.arange(2000) + 0.5) / 2000 * LENGTH_M
     angle = math.radians(rate_deg_per_m) * place
@@ -91,7 +97,7 @@ def test_twist_turns_the_bending_counter_clockwise_along_the_robot(rate_deg_per_
 def test_stiffer_bends_less_under_tension(scale: float) -> None:
     """A weak pull bends a robot of three times the stiffness by a third."""
     bends = []
-    for robot in (one_tendon(), embodied(changed(one_tendon(), stiffness={"scale": scale}))):
+    for robot in (one_tendon(), with_built_in_effects(changed(one_tendon(), stiffness={"scale": scale}))):
         posture = constant_curvature(robot, pulled(0.01), NONE).postures[0]
         bends.append(math.atan2(posture.R_w[-1][0, 2], posture.R_w[-1][2, 2]))
     assert bends[0] > 1e-3
@@ -108,7 +114,7 @@ def test_what_the_specification_has_already_is_added_to() -> None:
         stiffness_cubic_m2=2e-4,
     )
     robot = replace(one_tendon(), segments=(own,), stiffness_scale=2.0)
-    built = embodied(
+    built = with_built_in_effects(
         changed(
             robot,
             precurvature={"curvature_x_per_m": 0.5, "curvature_y_per_m": 0.25},
@@ -129,7 +135,7 @@ def test_what_the_specification_has_already_is_added_to() -> None:
 def test_units_of_a_catheters_effects() -> None:
     """Millimetres, degrees: a rest bend, a path's turns, a tendon's length and slack, each its own."""
     robot = load_robot("mitral_4dof")
-    built = embodied(
+    built = with_built_in_effects(
         changed(
             robot,
             precurvature={"bending_distal_deg": 12.0},
@@ -147,7 +153,9 @@ def test_units_of_a_catheters_effects() -> None:
     assert pairs["bending_distal"].law == "uhmwpe"
     assert pairs["bending_distal"].slack_m == pytest.approx(7e-4)
     assert pairs["bending_proximal"].slack_m == 0.0
-    tortuous = embodied(changed(load_robot("mitral_transseptal@tube"), tendon_friction={"path_deg": 180.0}))
+    tortuous = with_built_in_effects(
+        changed(load_robot("mitral_transseptal@tube"), tendon_friction={"path_deg": 180.0})
+    )
     assert tortuous.path_rad - load_robot("mitral_transseptal@tube").path_rad == pytest.approx(math.pi)
 
 

@@ -14,7 +14,13 @@ from catheter_sim.catalogue import load_robot, robot_toml
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import arriving_inputs, check_effects, embodied, observed, with_effects
+from catheter_sim.effects.apply import (
+    arriving_inputs,
+    check_effects,
+    observed,
+    with_built_in_effects,
+    with_effects,
+)
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import play
 from catheter_sim.robots import check_robot
@@ -141,7 +147,7 @@ def test_a_change_that_matters_matters(effect, robot):
         value = item.from_fit(float(np.clip(item.to_fit(item.null) + 10.0 * item.scale, low, high)))
         here = with_effects(plain, {effect: {item.name: value}})
         check_effects(here)
-        check_robot(embodied(here), "test")
+        check_robot(with_built_in_effects(here), "test")
         changed |= bool(np.abs(outputs(here, inputs) - outputs(plain, inputs)).max() > 1e-4)
     assert changed
 
@@ -215,12 +221,12 @@ def test_springs_stand_in_series():
         three_tendons(),
         {"tendon_elongation": {"stiffness_N_per_mm": 8.0}, "axial_compression": {"stiffness_N_per_mm": 50.0}},
     )
-    built = embodied(robot)
+    built = with_built_in_effects(robot)
     assert built.tendons[0].stiffness_N_per_m == pytest.approx(4e3)
     assert built.mount.axial_stiffness_N_per_m == pytest.approx(50e3)
     assert built.effects == {}
     softer = replace(robot, mount=built.mount)
-    assert embodied(softer).mount.axial_stiffness_N_per_m == pytest.approx(25e3)
+    assert with_built_in_effects(softer).mount.axial_stiffness_N_per_m == pytest.approx(25e3)
 
 
 def test_precurvature_is_the_shape_at_rest():
@@ -229,7 +235,7 @@ def test_precurvature_is_the_shape_at_rest():
         three_tendons(), {"precurvature": {"curvature_y_per_m": 3.0, "curvature_b_y_per_m": 1.0}}
     )
     inputs = replace(some_inputs(robot, 1), tendon=np.full((1, 6), -0.01))
-    R_w = constant_curvature(embodied(robot), inputs, np.zeros(3)).postures[0].R_w[-1]
+    R_w = constant_curvature(with_built_in_effects(robot), inputs, np.zeros(3)).postures[0].R_w[-1]
     bend = 3.0 * 0.11 + 1.0 * 0.06
     np.testing.assert_allclose(R_w[:, 2], [0.0, math.sin(bend), math.cos(bend)], atol=1e-9)
 
@@ -259,7 +265,7 @@ def test_joints_of_rolling_links_share_a_precurvature():
 def test_rods_stiffen_with_the_bend_of_their_joint():
     """The cubic term multiplies a rolling joint's elastic moment by 1 + c k^2, k its bend per length."""
     plain = load_robot("chest_tube_section")
-    law = embodied(with_effects(plain, {"nonlinear_stiffness": {"cubic_mm2": 500.0}}))
+    law = with_built_in_effects(with_effects(plain, {"nonlinear_stiffness": {"cubic_mm2": 500.0}}))
     theta = np.linspace(-0.2, 0.3, 15)
     moments = []
     for robot in (plain, law):
@@ -278,7 +284,7 @@ def test_payload_pulls_the_tip():
 def test_catheters_stretch_where_they_bend():
     """Tendon elongation acts on the bending pairs alone: torsion joints need no tension."""
     robot = with_effects(load_robot("mitral_4dof"), {"tendon_elongation": {"stiffness_N_per_mm": 8.0}})
-    stiffness = {pair.name: pair.stiffness_N_per_m for pair in embodied(robot).tendons}
+    stiffness = {pair.name: pair.stiffness_N_per_m for pair in with_built_in_effects(robot).tendons}
     assert stiffness["bending_proximal"] == stiffness["bending_distal"] == 8e3
     assert stiffness["torsion"] == stiffness["advance"] == math.inf
 

@@ -21,9 +21,9 @@ from catheter_sim.effects.apply import (
     Sight,
     arriving_inputs,
     check_effects,
+    measured,
     nearest_rotations,
     remembers_what_was_seen,
-    seen,
     with_effects,
 )
 from catheter_sim.errors import InputError
@@ -160,7 +160,7 @@ def test_what_is_observed_late_is_late_in_all_but_tensions(values: dict[str, flo
     """Positions and angles follow as commands under an input lag, orientations too, tensions at once."""
     turns = np.array([0.1, 0.1, 0.3, 0.2, 0.4, 0.4, 0.1, 0.0, 0.3, 0.3])
     true = looked_at(turns)
-    now = seen(late(**values), true)
+    now = measured(late(**values), true)
     before = with_effects(
         load_robot("mitral_4dof"),
         {"rate": {key.removeprefix("output_"): item for key, item in values.items()}},
@@ -180,7 +180,7 @@ def test_what_is_observed_late_is_late_in_all_but_tensions(values: dict[str, flo
 def test_an_output_lag_of_a_held_robot_is_none() -> None:
     """What stands still is seen where it is, from the first row on."""
     true = looked_at(np.full(len(UNEVEN_S), 0.7))
-    now = seen(late(output_lag_s=2.0, output_delay_s=0.3), true)
+    now = measured(late(output_lag_s=2.0, output_delay_s=0.3), true)
     for name in ("p_w", "R_w", "joint_angles"):
         np.testing.assert_allclose(getattr(now, name), getattr(true, name), atol=1e-14)
 
@@ -195,7 +195,7 @@ def test_looks_one_by_one_are_the_series() -> None:
         },
     )
     true = looked_at(np.array([0.0, 0.3, 0.3, -0.2, 0.1, 0.5, 0.6, 0.0, 0.1, 0.1]))
-    expected = seen(robot, true)
+    expected = measured(robot, true)
     sight = Sight(robot)
     for row, dt in enumerate(np.diff(UNEVEN_S, prepend=UNEVEN_S[0])):
         p_w, R_w = sight.look(true.p_w[row], true.R_w[row], float(dt))
@@ -212,7 +212,7 @@ def test_no_row_may_be_left_out_before_a_lag_of_what_is_seen() -> None:
     )
     still = replace(looked_at(np.zeros(3), np.array([0.0, 1.0, 1.0])))
     with pytest.raises(InputError, match=r"effects.rate: time_s = 1 at row 3 does not increase"):
-        seen(late(output_lag_s=0.1), still)
+        measured(late(output_lag_s=0.1), still)
 
 
 def test_the_nearest_rotation_of_a_mean_is_between() -> None:

@@ -12,7 +12,7 @@ from catheter_sim.core.effect import Role
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.posture import Observed
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import arriving_inputs, embodied, seen, with_effects
+from catheter_sim.effects.apply import arriving_inputs, measured, with_built_in_effects, with_effects
 from catheter_sim.effects.shared import places
 from catheter_sim.theory.static_models import STATIC_MODELS
 
@@ -35,8 +35,8 @@ def test_a_response_that_creeps_comes_on_after_what_is_held() -> None:
     look = Observed(time_s, p_w, turn, np.zeros((5, 0)), np.zeros((5, 2)))
     robot = with_effects(SECTION, {"drift": {"response_creep": 0.2, "response_creep_time_s": 30.0}})
     expected = x + 0.2 * (x - 0.02) * -np.expm1(-time_s / 30.0)
-    assert seen(robot, look).p_w[:, 0, 0] == pytest.approx(expected, abs=1e-9)
-    assert seen(robot, look).R_w == pytest.approx(turn)
+    assert measured(robot, look).p_w[:, 0, 0] == pytest.approx(expected, abs=1e-9)
+    assert measured(robot, look).R_w == pytest.approx(turn)
 
 
 def test_a_pair_lengthens_on_the_side_that_was_pulled() -> None:
@@ -78,7 +78,7 @@ def test_a_camera_that_is_too_near_scales_from_its_zero() -> None:
         np.zeros(1), np.array([[[0.01, 0.0, 0.1]]]), np.eye(3)[None, None], np.zeros((1, 0)), np.zeros((1, 2))
     )
     robot = with_effects(SECTION, {"measurement_frame": {"scale": 1.1, "translation_x_mm": 5.0}})
-    found = seen(robot, look)
+    found = measured(robot, look)
     assert found.p_w[0, 0] == pytest.approx([0.0165, 0.0, 0.11])
     assert np.array_equal(found.R_w, look.R_w)
 
@@ -89,7 +89,7 @@ def test_axes_that_are_not_at_right_angles_mix_what_is_seen() -> None:
         np.zeros(1), np.array([[[0.01, 0.0, 0.1]]]), np.eye(3)[None, None], np.zeros((1, 0)), np.zeros((1, 2))
     )
     values = {"shear_xz": 0.02, "shear_zx": -0.1, "scale": 2.0, "translation_y_mm": 5.0}
-    found = seen(with_effects(SECTION, {"measurement_frame": values}), look)
+    found = measured(with_effects(SECTION, {"measurement_frame": values}), look)
     assert found.p_w[0, 0] == pytest.approx([0.024, 0.01, 0.198])
     assert np.array_equal(found.R_w, look.R_w)
 
@@ -148,7 +148,7 @@ def test_one_section_alone_is_softer() -> None:
     names = [item.parameter for item in places(robot, Role.ELASTIC_CONSTANT)]
     assert names == [f"scale_{segment.name}" for segment in robot.segments]
     last = robot.segments[-1].name
-    changed = embodied(with_effects(robot, {"stiffness": {f"scale_{last}": 0.5}}))
+    changed = with_built_in_effects(with_effects(robot, {"stiffness": {f"scale_{last}": 0.5}}))
     factors = [
         after.bending_stiffness_N_m2 / before.bending_stiffness_N_m2
         for before, after in zip(robot.segments, changed.segments, strict=True)

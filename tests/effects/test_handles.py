@@ -12,7 +12,7 @@ from catheter_sim.core.document import from_file, number, number_at, si_of, with
 from catheter_sim.core.effect import Role
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import causes_same_as, embodied, with_effects
+from catheter_sim.effects.apply import causes_same_as, with_built_in_effects, with_effects
 from catheter_sim.effects.shared import places
 from catheter_sim.robots import kind_of
 
@@ -69,7 +69,7 @@ def test_only_what_a_cause_names_moves(reference: str) -> None:
     """Without values an effect leaves the robot as it is; a wrong key is no place."""
     robot = of(reference)
     nothing = {name: {} for name, effect in EFFECTS.items() if effect.parameters(robot)}
-    assert embodied(with_effects(robot, nothing)) == robot
+    assert with_built_in_effects(with_effects(robot, nothing)) == robot
     for key in ("friction.my", "segments.nowhere.length_mm", "tendons"):
         with pytest.raises((KeyError, TypeError)):
             number(robot, key)
@@ -84,7 +84,7 @@ def test_a_cause_acts_at_the_places_of_its_role(
     if parameter == "stiffness_N_per_mm":  # in series with what gives way already: nothing here
         rigid = {item.key: math.inf for item in places(robot, role)}
         robot = with_values(robot, rigid)
-    built = embodied(with_effects(robot, {effect: {parameter: value}}))
+    built = with_built_in_effects(with_effects(robot, {effect: {parameter: value}}))
     named = [item for item in places(robot, role) if item.parameter in ("", parameter)]
     assert named
     back = {}

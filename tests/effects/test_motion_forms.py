@@ -14,7 +14,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import outputs_of
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
+from catheter_sim.effects.apply import arriving_inputs, with_built_in_effects, with_effects
 from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots.continuum.spec import ContinuumRobot
@@ -51,7 +51,7 @@ def crossings_s(time_s: Array, x: Array) -> Array:
 @pytest.mark.slow
 def test_a_mass_at_the_tip_swings_as_on_a_massless_beam() -> None:
     """A cantilever with a load at its end: f = sqrt(3 EI / (m L^3)) / (2 pi) (Blevins 1979, Table 8-8)."""
-    robot = embodied(with_effects(light(), {"payload": {"mass_g": 1e3 * MASS_KG}}))
+    robot = with_built_in_effects(with_effects(light(), {"payload": {"mass_g": 1e3 * MASS_KG}}))
     times = crossings_s(*let_go(robot, 0.9))
     expected_Hz = math.sqrt(3.0 * STIFFNESS_N_M2 / (MASS_KG * LENGTH_M**3)) / (2.0 * math.pi)
     assert 1.0 / float(np.diff(times).mean()) == pytest.approx(expected_Hz, rel=0.01)
@@ -61,7 +61,9 @@ def test_viscous_loss_takes_amplitude_as_kelvin_and_voigt_say() -> None:
     """A mode of angular frequency w decays with the rate T w^2 / 2, T the damping's time constant."""
     loaded = {"payload": {"mass_g": 1e3 * MASS_KG}}
     given_s = 0.004
-    robot = embodied(with_effects(light(0.002), {**loaded, "rate": {"damping_time_s": given_s - 0.002}}))
+    robot = with_built_in_effects(
+        with_effects(light(0.002), {**loaded, "rate": {"damping_time_s": given_s - 0.002}})
+    )
     time_s, x = let_go(robot, 0.9)
     omega = 2.0 * math.pi / float(np.diff(crossings_s(time_s, x)).mean())
     peaks = [k for k in range(1, len(x) - 1) if x[k] > x[k - 1] and x[k] >= x[k + 1] and x[k] > 0.0]

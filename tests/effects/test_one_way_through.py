@@ -15,7 +15,7 @@ from catheter_sim.cli.main import main
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.diagnosis.verdict import replay
-from catheter_sim.effects.apply import embodied, in_force, outside_the_robot
+from catheter_sim.effects.apply import in_force, outside_the_robot, with_built_in_effects
 from catheter_sim.envs.robots import Plant
 from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import build_mjcf
@@ -145,7 +145,7 @@ def test_statics_in_python_observe_through_the_trackers_frame(axis: str, shift: 
     moved = tips_mm(solved.postures) - tips_mm(plain.postures)
     assert moved == pytest.approx(np.array([shift] * 4), abs=1e-9)
     assert solved.inputs is inputs
-    again = solve(embodied(robot), inputs, NO_GRAVITY)
+    again = solve(with_built_in_effects(robot), inputs, NO_GRAVITY)
     assert np.array_equal(tips_mm(again.postures), tips_mm(plain.postures))
 
 

@@ -16,10 +16,10 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import (
-    embodied,
     outside_the_robot,
     reshapes,
     wholly_built_in,
+    with_built_in_effects,
     with_effects,
 )
 from catheter_sim.effects.shared import places, sizes
@@ -144,7 +144,7 @@ def test_a_robot_has_one_way_to_twist(name: str) -> None:
 def test_what_does_not_carry_it_says_so() -> None:
     """A robot built from the specification is without it; steps of a simulator and environments refuse."""
     robot = turned(load_robot("neuroendoscope_section"), 10.0)
-    assert embodied(robot) == replace(robot, effects={})
+    assert with_built_in_effects(robot) == replace(robot, effects={})
     assert outside_the_robot(robot) == ["twist"]
     with pytest.raises(InputError, match=r"effects.twist: acts on"):
         wholly_built_in(robot)

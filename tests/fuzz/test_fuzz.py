@@ -20,7 +20,7 @@ from catheter_sim.catalogue import load_robot, robot_toml
 from catheter_sim.channels import input_channels
 from catheter_sim.core.document import leaves, to_document
 from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.trials import split
+from catheter_sim.diagnosis.trials import split_trials
 from catheter_sim.errors import InputError
 from catheter_sim.tables import read_table
 
@@ -142,14 +142,14 @@ def dataset_case(draw: random.Random) -> list[Callable[[], End]]:
     """A data set whose `dataset.toml` is wrong."""
     _write_dataset()
     Path("dataset.toml").write_bytes(mutated(DATASET, draw))
-    return [lambda: end_of_call(lambda: split(load_dataset(".")))]
+    return [lambda: end_of_call(lambda: split_trials(load_dataset(".")))]
 
 
 def trial_case(draw: random.Random) -> list[Callable[[], End]]:
     """A data set one of whose trials is wrong."""
     _write_dataset()
     Path(draw.choice(["a.csv", "b.csv"])).write_bytes(mutated(TRIAL, draw))
-    return [lambda: end_of_call(lambda: split(load_dataset(".")))]
+    return [lambda: end_of_call(lambda: split_trials(load_dataset(".")))]
 
 
 def _write_dataset() -> None:
@@ -202,7 +202,7 @@ def test_valid_inputs_are_sound(kind: str) -> None:
     """What is mutated is valid before."""
     if kind in ("dataset", "trial"):
         _write_dataset()
-        split(load_dataset("."))
+        split_trials(load_dataset("."))
     for index, (reference, settings, model) in enumerate(SMALL):
         Path("in.csv").write_text(inputs_text(index))
         Path("robot.toml").write_text(small_robot_text(index))

@@ -18,7 +18,7 @@ from catheter_sim.diagnosis.fit import fit, robot_with
 from catheter_sim.diagnosis.noise import gain_interval, gain_percent, stretch_squares
 from catheter_sim.diagnosis.prepare import training_problem
 from catheter_sim.diagnosis.problem import Problem
-from catheter_sim.diagnosis.trials import Trial, measured_of, split, unit_of
+from catheter_sim.diagnosis.trials import Trial, measured_of, split_trials, unit_of
 from catheter_sim.diagnosis.workers import details
 from catheter_sim.errors import InputError
 from catheter_sim.lab.robots import BENCH_ROBOTS
@@ -123,7 +123,7 @@ def _refused(path: Path) -> str:
 def _problem(folders: Folders) -> tuple[Problem, tuple[Trial, ...]]:
     """Return the data set's problem and all its trials."""
     dataset = load_dataset(folders.data)
-    train, heldout = split(dataset)
+    train, heldout = split_trials(dataset)
     return training_problem(dataset, train), (*train, *heldout)
 
 

@@ -32,7 +32,7 @@ from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
 from catheter_sim.diagnosis.problem import Problem, Term, terms_for
 from catheter_sim.diagnosis.trials import Trial, measured_of, unit_of
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import arriving_inputs, embodied, observed, with_effects
+from catheter_sim.effects.apply import arriving_inputs, observed, with_built_in_effects, with_effects
 from catheter_sim.errors import InputError
 from catheter_sim.lab.robots import BENCH_ROBOTS, BenchRobot, bench_robot
 from catheter_sim.robots.documents import complete_document, robot_from_document
@@ -419,7 +419,7 @@ def simulated(
     Raises:
         CannotMake: the simulation diverged, or an input goes beyond a joint's range.
     """
-    built = replace(embodied(robot), **bench.trials.simulated)
+    built = replace(with_built_in_effects(robot), **bench.trials.simulated)
     arriving = arriving_inputs(robot, inputs)
     if outside is not None:
         arriving = outside.change_inputs(arriving)

@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from catheter_sim.arrays import Array
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.fit import Fit, fit, linearised
-from catheter_sim.diagnosis.prepare import pose, prepare
+from catheter_sim.diagnosis.prepare import prepare, split_problem
 from catheter_sim.diagnosis.problem import (
     Problem,
     Term,
@@ -210,7 +210,7 @@ def score_of(root: Path, index: int, method: str) -> dict[str, Any]:
         return {}
     begun, found, failure = time.monotonic(), None, ""
     try:
-        found = _as_found(named_by(method, pose(prepare(load_dataset(folders.data))).train))
+        found = _as_found(named_by(method, split_problem(prepare(load_dataset(folders.data))).train))
     except (InputError, np.linalg.LinAlgError) as error:
         failure = str(error)
     run = {"seconds": time.monotonic() - begun, "failure": failure}

@@ -23,7 +23,7 @@ from catheter_sim.diagnosis.changes.differences import (
     share_paired,
     shares_paired,
 )
-from catheter_sim.diagnosis.choose import acquit_trials, choose_causes
+from catheter_sim.diagnosis.choose import choose_causes, without_explained_faults
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.fit import robot_with
 from catheter_sim.diagnosis.frame import registered, unmoved
@@ -36,9 +36,9 @@ from catheter_sim.diagnosis.prepare import (
     calibrate,
     find_data_faults,
     not_searched,
-    pose,
     prepare,
     readings_of,
+    split_problem,
 )
 from catheter_sim.diagnosis.report import INPUT
 from catheter_sim.diagnosis.result import (
@@ -52,7 +52,7 @@ from catheter_sim.diagnosis.result import (
     FittedParameter,
 )
 from catheter_sim.diagnosis.thresholds import EARLIER_CAUSES, MOSTLY_PAIRED
-from catheter_sim.diagnosis.trials import Dataset, Trial, split
+from catheter_sim.diagnosis.trials import Dataset, Trial, split_trials
 from catheter_sim.diagnosis.words import listed, words
 from catheter_sim.effects import EFFECTS
 from catheter_sim.errors import InputError
@@ -375,9 +375,11 @@ def _one_robot(run: DiagnosisRun, base: Baseline, after: Dataset) -> RobotSpec:
     moved = registered(after, base.registration)
     trials = (*_named(base.dataset.trials, "earlier"), *_named(moved.trials, "later"))
     both = replace(base.dataset, trials=trials)
-    posed = pose(Prepared(both, *split(both), registration=unmoved(base.registration), twin=base.twin))
-    chosen = choose_causes(run, posed, Faults(()), EARLIER_CAUSES).fit
-    return robot_with(posed.train, chosen.numbers, chosen.x)
+    split = split_problem(
+        Prepared(both, *split_trials(both), registration=unmoved(base.registration), twin=base.twin)
+    )
+    chosen = choose_causes(run, split, Faults(()), EARLIER_CAUSES).fit
+    return robot_with(split.train, chosen.numbers, chosen.x)
 
 
 def _named(trials: tuple[Trial, ...], recording: str) -> list[Trial]:
@@ -478,9 +480,9 @@ def _of_paired_trials(run: DiagnosisRun, before: Dataset, after: Dataset, simula
     pairs = [share >= MOSTLY_PAIRED for share in shares_paired(after, before)]
     if sum(pairs) < 2 or all(pairs):
         return None
-    posed = pose(prepare(after))
-    calibrated = calibrate(posed)
-    if acquit_trials(run, posed, calibrated, find_data_faults(posed, calibrated)).found:
+    split = split_problem(prepare(after))
+    calibrated = calibrate(split)
+    if without_explained_faults(run, split, calibrated, find_data_faults(split, calibrated)).found:
         return None
     files = ", ".join(item.file for item, is_pair in zip(after.trials, pairs, strict=True) if not is_pair)
     note = Note(

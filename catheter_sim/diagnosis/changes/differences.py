@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.diagnosis.choose import Choice, acquit_trials, choose_causes
+from catheter_sim.diagnosis.choose import Choice, choose_causes, without_explained_faults
 from catheter_sim.diagnosis.fit import blocks_of, residuals, robot_with, trial_of
 from catheter_sim.diagnosis.frame import Registration, registered, unmoved
 from catheter_sim.diagnosis.noise import times_noise
@@ -24,9 +24,9 @@ from catheter_sim.diagnosis.prepare import (
     calibrate,
     find_data_faults,
     lacking_in,
-    pose,
     prepare,
     readings_of,
+    split_problem,
 )
 from catheter_sim.diagnosis.probabilities import explained
 from catheter_sim.diagnosis.problem import Problem
@@ -39,7 +39,7 @@ from catheter_sim.diagnosis.trials import (
     Trial,
     all_inputs,
     measured_of,
-    split,
+    split_trials,
     too_little_to_learn,
     unit_of,
 )
@@ -428,30 +428,30 @@ def baseline(run: DiagnosisRun, dataset: Dataset, is_paired: bool) -> Baseline:
     if lacking:
         raise InputError(f"{dataset.folder}: nothing can be compared with it: {lacking[0]}")
     prepared = prepare(dataset, read)
-    posed = pose(prepared)
-    before = calibrate(posed)
-    faults = acquit_trials(run, posed, before, find_data_faults(posed, before))
+    split = split_problem(prepared)
+    before = calibrate(split)
+    faults = without_explained_faults(run, split, before, find_data_faults(split, before))
     if faults.found:
         return baseline(run, _without_wrong_trials(dataset, faults), is_paired)
     choice, chosen = None, before.fit
     if not is_paired:
         left_s = run.deadline - time.monotonic()
         hurried = replace(run, deadline=time.monotonic() + BASELINE_BUDGET * left_s)
-        choice = choose_causes(hurried, posed, faults, EARLIER_CAUSES)
+        choice = choose_causes(hurried, split, faults, EARLIER_CAUSES)
         chosen = choice.fit
-    robot = robot_with(posed.train, chosen.numbers, chosen.x)
-    trials = posed.dataset.trials
-    errors = errors_with(posed.train, robot, trials)
-    sizes = by_unit(posed.train.columns, np.concatenate(errors))
-    measured = np.concatenate([measured_of(trial, posed.train.columns) for trial in trials])
-    spread = by_unit(posed.train.columns, measured - np.nanmean(measured, axis=0))
+    robot = robot_with(split.train, chosen.numbers, chosen.x)
+    trials = split.dataset.trials
+    errors = errors_with(split.train, robot, trials)
+    sizes = by_unit(split.train.columns, np.concatenate(errors))
+    measured = np.concatenate([measured_of(trial, split.train.columns) for trial in trials])
+    spread = by_unit(split.train.columns, measured - np.nanmean(measured, axis=0))
     return Baseline(
-        dataset=posed.dataset,
+        dataset=split.dataset,
         robot=robot,
         errors=errors,
-        columns=posed.train.columns,
-        problem=replace(posed.train, trials=trials),
-        registration=posed.registration,
+        columns=split.train.columns,
+        problem=replace(split.train, trials=trials),
+        registration=split.registration,
         twin=prepared.twin,
         misfit=max(times_noise(size, before.noise.get(unit, 0.0)) for unit, size in sizes.items()),
         relative_error=max(size / max(spread[unit], 1e-12) for unit, size in sizes.items()),
@@ -568,7 +568,7 @@ def differences(dataset: Dataset, base: Baseline) -> Differences:
         repeatability=_repeatability(base, pairs, smooth, readings),
         model_share=MODEL_SHARE if base.misfit > NEAR_NOISE else 0.0,
     )
-    train, heldout = split(difference)
+    train, heldout = split_trials(difference)
     if moving and difference.model_share:
         change = replace(base.problem, trials=train, every=1)
         share = max(difference.model_share, unpredicted_share(change, base.robot))

@@ -32,7 +32,7 @@ from catheter_sim.diagnosis.changes.differences import (
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.intervals import cause_intervals
 from catheter_sim.diagnosis.notes import Attempts
-from catheter_sim.diagnosis.prepare import DiagnosisRun, pose, running
+from catheter_sim.diagnosis.prepare import DiagnosisRun, running, split_problem
 from catheter_sim.diagnosis.problem import Term
 from catheter_sim.diagnosis.report import with_notes
 from catheter_sim.diagnosis.result import DATA_SUSPECT, FittedParameter
@@ -176,7 +176,7 @@ def _fitted(
     base: Baseline, later: Differences, terms: Sequence[Term]
 ) -> dict[tuple[str, str], FittedParameter]:
     """Return the numbers of some causes in one recording, with their intervals."""
-    result = fit(pose(later.prepared).train, terms, cross_validate=False, scan=True)
+    result = fit(split_problem(later.prepared).train, terms, cross_validate=False, scan=True)
     ends, values = cause_intervals(result), result.values
     return {
         item.key: FittedParameter(values[item.key], ends[item.key], item.parameter.null)

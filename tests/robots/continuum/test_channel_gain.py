@@ -16,7 +16,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import Friction
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.nuisance import calibration_numbers
-from catheter_sim.effects.apply import ArrivingCommands, arriving_inputs, embodied, with_effects
+from catheter_sim.effects.apply import ArrivingCommands, arriving_inputs, with_built_in_effects, with_effects
 from catheter_sim.envs.robots import Plant, quick_model
 from catheter_sim.errors import InputError
 from catheter_sim.exporting.elements import EXACT, find_causes
@@ -207,9 +207,11 @@ def test_only_channels_that_drive_antagonists_have_slack() -> None:
     }
     every = ["slack_mm", "slack_bend_mm", "slack_turn_mm"]
     assert names == {"motors": every, "four": [], "together": [], "mixed": ["slack_mm"], "pulled": []}
-    built = embodied(with_effects(mixed, {"backlash": {"slack_mm": 0.8}}))
+    built = with_built_in_effects(with_effects(mixed, {"backlash": {"slack_mm": 0.8}}))
     assert [item.slack_m for item in built.tendons] == pytest.approx([0.8e-3, 0.8e-3, 0.0, 0.0])
-    built = embodied(with_effects(with_motors(), {"backlash": {"slack_mm": 0.3, "slack_bend_mm": 0.5}}))
+    built = with_built_in_effects(
+        with_effects(with_motors(), {"backlash": {"slack_mm": 0.3, "slack_bend_mm": 0.5}})
+    )
     assert [item.slack_m for item in built.tendons] == pytest.approx([0.8e-3, 0.8e-3, 0.3e-3, 0.3e-3])
     np.testing.assert_allclose(
         1e3 * rods_drive(built, np.zeros((1, 4))).displacement_m, [[-0.8, -0.8, -0.3, -0.3]]
@@ -233,7 +235,7 @@ def test_files_and_environments_carry_slack() -> None:
     robot = with_effects(with_motors(), {"backlash": {"slack_mm": 0.8}})
     (cause,) = find_causes(robot)
     assert (cause.form, cause.way) == ("slack", EXACT)
-    texts = [build_mjcf(embodied(item)) for item in (with_motors(), robot)]
+    texts = [build_mjcf(with_built_in_effects(item)) for item in (with_motors(), robot)]
     plain, slack = (mujoco.MjModel.from_xml_string(text) for text in texts)
     longer = (slack.actuator_biasprm - plain.actuator_biasprm)[:, 0] / plain.actuator_gainprm[:, 0]
     np.testing.assert_allclose(longer, -0.8e-3, rtol=1e-6)

@@ -12,7 +12,7 @@ from planar_cases import NO_GRAVITY, SIDEWAYS, section, tensions, tips_mm
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.effects import EFFECTS
-from catheter_sim.effects.apply import arriving_inputs, embodied, with_effects
+from catheter_sim.effects.apply import arriving_inputs, with_built_in_effects, with_effects
 from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum import planar, planar_batch
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
@@ -94,7 +94,7 @@ def random_case(robot, seed):
         moment = generator.normal(0.0, 3e-5, (8, 3))
         gravity = np.array([generator.normal(0.0, 5.0), 0.0, 0.0])
     inputs = tensions(rows, force, moment)
-    return embodied(robot), arriving_inputs(robot, inputs), gravity
+    return with_built_in_effects(robot), arriving_inputs(robot, inputs), gravity
 
 
 @pytest.mark.parametrize("seed", SEEDS)
