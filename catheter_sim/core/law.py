@@ -33,6 +33,24 @@ R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)
 BASE = "base_frame"  # body that carries a robot in a model that is not its own
 
 
+class Views:
+    """Arrays of a MuJoCo model or state, which its bindings make anew at every access, each made once."""
+
+    def __init__(self, *names: str, one_copy: bool = False) -> None:
+        """Prepare; `one_copy`: an axis of one copy goes before the others, for loops over many."""
+        self._names, self._one_copy = names, one_copy
+        self._owner: Any = None
+        self._arrays: tuple[Any, ...] = ()
+
+    def __call__(self, owner: mujoco.MjModel | mujoco.MjData) -> tuple[Any, ...]:
+        """Return the arrays of `owner`, which it writes to as it always does."""
+        if owner is not self._owner:
+            arrays = tuple(getattr(owner, name) for name in self._names)
+            self._arrays = tuple(item[np.newaxis] for item in arrays) if self._one_copy else arrays
+            self._owner = owner
+        return self._arrays
+
+
 class RobotInModel:
     """A robot's own elements in a MuJoCo model, which may hold more than this robot.
 

@@ -7,7 +7,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from catheter_sim.arrays import Array, Index
-from catheter_sim.core.law import Law, Step, TendonPaths
+from catheter_sim.core.law import Law, Step, TendonPaths, Views
 from catheter_sim.mechanics.capstan import (
     NUMBERS,
     MotionOfCopies,
@@ -81,6 +81,8 @@ class CapstanFriction(Law):
         self.know_joints()
         self.set_drive(drive_stiffness)
         self._history = np.zeros((3, count, self.spans + 2))
+        self._forces = Views("qfrc_passive", "qfrc_bias", "qfrc_constraint", "qfrc_applied")
+        self._rates = Views("ten_J", "qvel")
 
     @property
     def yielding(self) -> Array:
@@ -143,12 +145,13 @@ class CapstanFriction(Law):
 
         The actuators' tensions, (t,) [N], are below zero where a driven tendon is slack.
         """
-        passive = data.qfrc_passive - self._springs * data.qvel if self._whole else data.qfrc_passive
+        (passive, *others), (slopes, velocity) = self._forces(data), self._rates(data)
+        if self._whole:
+            passive = passive - self._springs * velocity
         busy_spans(self._block, self._history, self._counts, actuator_tension)
         own = self._block, self._history, self._counts, self._places
-        forces = passive, data.qfrc_bias, data.qfrc_constraint, data.qfrc_applied
         turn = self.turns(data, self._counts[1])
-        solve_tensions(*own, data.ten_J, actuator_tension, turn, data.qvel, *forces)
+        solve_tensions(*own, slopes, actuator_tension, turn, velocity, passive, *others)
 
     def span_tension(self, data: mujoco.MjData, actuator_tension: Array) -> Array:
         """Return the tension of every tendon in every span after a step, shape (t, n) [N].

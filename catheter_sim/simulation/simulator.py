@@ -336,6 +336,7 @@ class Readout:
         self._angles = np.array([place.joint(name).qposadr[0] for name in outputs.joints])
         self.dofs = np.array([place.joint(name).dofadr[0] for name in [*outputs.joints, *slides]])
         self.faces = np.array([place.site(names.face(k)).id for k in range(1, outputs.elements + 1)])
+        self._beyond = np.ones((0, 0), dtype=bool)  # of each tendon the spans beyond its end, where known
 
     def span_tension(self, actuation: Actuation, laws: LawList) -> Array:
         """Return the tension of every tendon between its holes, NaN beyond its end, shape (t, n) [N].
@@ -345,8 +346,12 @@ class Readout:
         tension, ends = actuation.tension(), actuation.controls.spans
         if laws.friction is not None and ends.any():
             return laws.friction.span_tension(self._data, tension)
-        inside = np.arange(1, len(self.faces) + 1) <= ends[:, np.newaxis]
-        return np.where(inside, tension[:, np.newaxis], np.nan)
+        if len(self._beyond) != len(ends):
+            self._beyond = np.arange(1, len(self.faces) + 1) > ends[:, np.newaxis]
+        spans = np.empty(self._beyond.shape)
+        spans[:] = tension[:, np.newaxis]
+        spans[self._beyond] = np.nan
+        return spans
 
     def posture(self, actuation: Actuation, laws: LawList) -> Posture:
         """Return where the robot is now."""
@@ -684,7 +689,7 @@ class Simulator:
             if self._paths is None:
                 self._step(count)
                 return
-            with self._paths.instead_of_the_engine():
+            with self._paths.instead_of_the_engine(self.data):
                 self._step(count)
         except Exception:
             for item in everyone:
@@ -696,7 +701,7 @@ class Simulator:
         if model.opt.integrator == _RK4:
             self._step_whole(count)
             return
-        moves = self.place.base is not None
+        moves, applied = self.place.base is not None, data.qfrc_applied
         for _ in range(count):
             if moves:
                 self._loads.turn(data)
@@ -707,7 +712,7 @@ class Simulator:
             mujoco.mj_step1(model, data)
             if self._paths is not None:
                 self._paths.find(data)
-            data.qfrc_applied[:] = 0.0
+            applied[:] = 0.0
             if moves:
                 self._loads.turn(data)
             self._add_forces()

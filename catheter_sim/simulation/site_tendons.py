@@ -14,6 +14,7 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from catheter_sim.arrays import Array, Index
+from catheter_sim.core.law import Views
 from catheter_sim.mechanics.compiled import compiled
 
 # ----------------------------------------------------------------------------------------------------
@@ -95,23 +96,27 @@ class SiteTendons:
         self._sites = model.wrap_objid.astype(np.int64)
         self._rows = model.ten_J_rowadr, model.ten_J_rownnz, model.ten_J_colind
         self._gear = model.actuator_gear
+        self._places = Views("site_xpos", "xanchor", "xaxis", "ten_length", "ten_J")
+        self._velocities = Views("qvel", "ten_velocity")
+        self._gears = Views("actuator_velocity")
+        self._paths = Views("site_xpos", "ten_wrapadr", "ten_wrapnum", "wrap_obj", "wrap_xpos")
 
     @contextmanager
-    def instead_of_the_engine(self) -> Iterator[None]:
-        """Let the engine find no paths in `mj_step1`; `find` must follow each."""
+    def instead_of_the_engine(self, data: mujoco.MjData) -> Iterator[None]:
+        """Let the engine find no paths in `mj_step1`; `find` must follow each. They are drawn at the end."""
         self._model.tendon_num[:] = 0
         try:
             yield
         finally:
             self._model.tendon_num[:] = self._count
+            _draw_paths(self._count, self._sites, *self._paths(data))
 
     def find(self, data: mujoco.MjData) -> None:
-        """Fill in what `mj_step1` leaves out: paths, lengths, Jacobian and velocities, the actuators' too."""
-        _find_slopes(*self._known, data.site_xpos, data.xanchor, data.xaxis, data.ten_length, data.ten_J)
-        pulled = self._actuators, self._gear, data.actuator_velocity
-        _find_velocities(data.ten_J, *self._rows, data.qvel, data.ten_velocity, *pulled)
-        path = data.ten_wrapadr, data.ten_wrapnum, data.wrap_obj, data.wrap_xpos
-        _draw_paths(self._count, self._sites, data.site_xpos, *path)
+        """Fill in what `mj_step1` leaves out: lengths, Jacobian and velocities, the actuators' too."""
+        places = self._places(data)
+        _find_slopes(*self._known, *places)
+        pulled = self._actuators, self._gear, *self._gears(data)
+        _find_velocities(places[-1], *self._rows, *self._velocities(data), *pulled)
         mujoco.mj_transmission(self._model, data)
 
 

@@ -69,7 +69,7 @@ def test_the_state_after_the_first_half_of_a_step_is_the_engines(
     paths = SiteTendons(model)
     here, there = moved(model, 1), moved(model, 1)
     mujoco.mj_step1(model, there)
-    with paths.instead_of_the_engine():
+    with paths.instead_of_the_engine(here):
         mujoco.mj_step1(model, here)
         assert not here.ten_length.any()
         paths.find(here)
@@ -85,12 +85,13 @@ def test_the_state_after_the_first_half_of_a_step_is_the_engines(
 
 def test_the_engine_finds_the_paths_again_afterwards() -> None:
     """Also where a step fails."""
-    model = Simulator(load_robot("neuroendoscope_section")).model
+    simulator = Simulator(load_robot("neuroendoscope_section"))
+    model = simulator.model
     count = model.tendon_num.copy()
     seen = []
 
     def fail() -> None:
-        with SiteTendons(model).instead_of_the_engine():
+        with SiteTendons(model).instead_of_the_engine(simulator.data):
             seen.append(int(model.tendon_num.sum()))
             raise RuntimeError
 

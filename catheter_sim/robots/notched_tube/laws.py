@@ -17,6 +17,7 @@ from catheter_sim.core.law import (
     Step,
     StraightControls,
     TendonPaths,
+    Views,
 )
 from catheter_sim.mechanics import tendons
 from catheter_sim.mechanics.compiled import compiled_in_place
@@ -358,6 +359,8 @@ class Notches(Law):
         )
         self._stretch, self._balance = np.zeros((1, len(row))), np.zeros((len(row), 3))
         self._scratch = np.zeros(SCRATCH)
+        self._state = Views("qpos", "qfrc_applied", one_copy=True)
+        self._moved = Views("jnt_pos", "jnt_axis", "body_pos", "body_quat", one_copy=True)
 
     def arrays(self) -> tuple[Index, Index, Index, Index, Array, Array, Array]:
         """Return what the law is made of, arguments of its loops.
@@ -377,19 +380,18 @@ class Notches(Law):
         if spans.shape[1] != 2 * len(self._body):  # nothing rubs: one tension all along
             spans = np.full((1, 2 * len(self._body)), spans[0, 0])
         drive, own = float(step.pulls.drive_stiffness()[0]), (self._stretch, self._balance, self._scratch)
-        qpos = step.data.qpos[np.newaxis]
+        qpos, _ = self._state(step.data)
         stretch_on(ALONE, qpos, self._qpos, *self._numbers, spans[np.newaxis], drive, *own)
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where the arcs have them."""
-        model, qpos, at = self._model, data.qpos[np.newaxis], (self._hinge, self._body)
-        fields = model.jnt_pos, model.jnt_axis, model.body_pos, model.body_quat
-        moved = (field[np.newaxis] for field in fields)
+        (qpos, _), moved = self._state(data), self._moved(self._model)
+        at = self._hinge, self._body
         place(ALONE, qpos, self._qpos, self._numbers[0], self._stretch, *at, *moved, self._scratch)
 
     def between(self, step: Step) -> None:
         """Add what the metal's law has beyond the model's springs."""
-        qpos, torque = step.data.qpos[np.newaxis], step.data.qfrc_applied[np.newaxis]
+        qpos, torque = self._state(step.data)
         bent = self._stretch, self._dofs
         resist(ALONE, qpos, self._qpos, *self._numbers, *bent, torque, self._scratch)
 

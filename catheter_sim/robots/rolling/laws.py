@@ -19,6 +19,7 @@ from catheter_sim.core.law import (
     Step,
     StraightControls,
     TendonPaths,
+    Views,
 )
 from catheter_sim.mechanics.compiled import compiled_in_place
 from catheter_sim.robots.rolling import kernels
@@ -283,6 +284,7 @@ class RodElasticity(Law):
         model, ids = place.model, joint_ids(robot, place)
         self._qpos = model.jnt_qposadr[ids].astype(np.int64)
         self._dofs = model.jnt_dofadr[ids].astype(np.int64)
+        self._state = Views("qpos", "qfrc_applied", one_copy=True)
 
     def arrays(self) -> tuple[Array, Array, Index]:
         """Return `joint` and `rod` of `pack`, and the hinges' degrees of freedom."""
@@ -290,7 +292,7 @@ class RodElasticity(Law):
 
     def between(self, step: Step) -> None:
         """Add the moments."""
-        self.add_to_copies(ALONE, step.data.qpos[np.newaxis], step.data.qfrc_applied[np.newaxis])
+        self.add_to_copies(ALONE, *self._state(step.data))
 
     def add_to_copies(self, copies: Index, qpos: Array, applied: Array) -> None:
         """`between` in some of m copies: positions (m, nq), applied forces (m, nv)."""
@@ -308,6 +310,7 @@ class RodTurns:
         self._hole = pack_holes(chain)
         self._turn = np.zeros((1, chain.pulled, chain.joints))
         self._bent = np.zeros((7, chain.joints))
+        self._state = Views("qpos", one_copy=True)
 
     def arrays(self) -> tuple[Array, Array, Index]:
         """Return `joint` and `rod` of `pack`, and where the hinges' angles are."""
@@ -323,8 +326,7 @@ class RodTurns:
             ends: of each rod the gaps that matter, 0 where none does; default: all, shape (t,).
         """
         last = self._ends if ends is None else ends
-        qpos = data.qpos[np.newaxis]
-        turns(ALONE, qpos, self._qpos, self._joint, self._hole, last, self._turn, self._bent)
+        turns(ALONE, *self._state(data), self._qpos, self._joint, self._hole, last, self._turn, self._bent)
         return self._turn[0]
 
     def of_copies(self, copies: Index, qpos: Array, site_xpos: Array, turn: Array) -> None:
@@ -522,6 +524,8 @@ class Rolling(Law):
         )
         self._hinges = arrays.qpos_index, pack(chain)[0], arrays.axis
         self._places = arrays.joint_index, arrays.body_index
+        self._state = Views("qpos", one_copy=True)
+        self._moved = Views("jnt_pos", "body_pos", one_copy=True)
 
     def layout(self) -> RollingArrays:
         """Return what it works on as plain arrays."""
@@ -539,8 +543,8 @@ class Rolling(Law):
 
     def place(self, data: mujoco.MjData) -> None:
         """Put hinges and links where pure rolling has them at the present angles."""
-        moved = self._model.jnt_pos[np.newaxis], self._model.body_pos[np.newaxis]
-        place(ALONE, data.qpos[np.newaxis], *self._hinges, self._length, *self._places, *moved)
+        moved = self._moved(self._model)
+        place(ALONE, *self._state(data), *self._hinges, self._length, *self._places, *moved)
 
     def place_copies(self, copies: Index, qpos: Array, jnt_pos: Array, body_pos: Array) -> None:
         """`place` in some of m copies of the model, without compression.
