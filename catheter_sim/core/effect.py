@@ -98,6 +98,8 @@ class Role(Enum):
     ELASTIC_CONSTANT = "elastic constant"
     CUBIC = "cubic term of the elastic law"
     QUINTIC = "quintic term of the elastic law"
+    PLASTIC_SHARE = "stiffness of a part that yields, over the elastic one"
+    YIELD_CURVATURE = "bend per length at which that part yields"
     REST_CURVATURE = "curvature without load"
     REST_BEND = "bend of a joint without load"
     HOLE_TWIST = "turn of the holes along the robot"
@@ -265,6 +267,7 @@ class Form:
         only_varies: its numbers do something else than those of another form only where they vary: a
             diagnosis fits by how much they do, and they stay at what does nothing.
         timing: of `memory` with these values, where MJCF has it; an exported file then carries it.
+        remembers: what it puts into the specification depends on the way so far, as no element of MJCF does.
     """
 
     name: str
@@ -284,6 +287,7 @@ class Form:
     varies: tuple[str, ...] | None = None
     only_varies: bool = False
     timing: Callable[[Values], Timing] | None = None
+    remembers: bool = False
 
     def freed(self, robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
         """Return the names of the parameters that a diagnosis frees together, fewest first."""

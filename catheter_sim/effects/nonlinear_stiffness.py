@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects.shared import added_everywhere, places, sizes
+from catheter_sim.effects.shared import added_everywhere, places, sizes, with_values
 
 _CUBIC, _QUINTIC = "cubic_mm2", "quintic_mm4"
+_PLASTIC = ("plastic_share", "yield_per_m")
 
 
 def _parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -25,6 +26,34 @@ def _with_quintic(robot: RobotSpec) -> tuple[Parameter, ...]:
     return (Parameter(_QUINTIC, 0.0, lower=-2.0 * unit, upper=1000.0 * unit, scale=0.05 * unit, start=0.0),)
 
 
+def _plastic(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.PLASTIC_SHARE):
+        return ()
+    share, yielding = _PLASTIC
+    usual = round(0.1 * sizes(robot).curvature_per_m, 6)
+    return (
+        Parameter(share, null=0.0, lower=0.0, upper=3.0, scale=0.05, start=0.2),
+        Parameter(
+            yielding,
+            null=usual,
+            lower=0.05 * usual,
+            upper=10.0 * usual,
+            scale=0.2 * usual,
+            start=usual,
+            of_shape=True,
+        ),
+    )
+
+
+def _yielding(robot: R, values: Values) -> R:
+    share, yielding = _PLASTIC
+    if not values.get(share):
+        return robot
+    at = values.get(yielding, _plastic(robot)[1].null)
+    stiffer = added_everywhere(robot, Role.PLASTIC_SHARE, values[share])
+    return with_values(stiffer, {item.key: at for item in places(robot, Role.YIELD_CURVATURE)})
+
+
 def _bent_on(robot: R, values: Values) -> R:
     return added_everywhere(robot, Role.QUINTIC, values[_QUINTIC]) if _QUINTIC in values else robot
 
@@ -35,8 +64,8 @@ def _stiffened(robot: R, values: Values) -> R:
 
 EFFECT = Effect(
     name="nonlinear_stiffness",
-    summary="moment EI * (k + cubic * k^3 + quintic * k^5) of the bend per length k, added to the "
-    "specified law",
+    summary="moment EI * (k + cubic * k^3 + quintic * k^5) of the bend per length k, and what a part that "
+    "yields carries, added to the specified law",
     trace="an error that grows faster than the bending, alike in all directions",
     bench="With slack tendons, bend the robot at its tip with a spring scale, first a little, then "
     "far. Does the force stay in proportion?",
@@ -61,6 +90,16 @@ EFFECT = Effect(
             specify=_bent_on,
             # Two more powers of the bend fit whatever a model lacks a little: only where the third one pays.
             in_place=True,
+        ),
+        Form(
+            name="hysteretic",
+            equation="moment + EI * plastic_share * e: e follows k as far as |e| = yield and slips from "
+            "there on (Prandtl 1928)",
+            stage=Stage.SPECIFICATION,
+            parameters=_plastic,
+            specify=_yielding,
+            remembers=True,
+            further=True,
         ),
     ),
     same_as=frozenset({Role.CUBIC, Role.QUINTIC}),

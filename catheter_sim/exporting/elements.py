@@ -116,6 +116,8 @@ def without(robot: R, causes: tuple[CarriedCause, ...]) -> R:
 
 def _carried(robot: RobotSpec, form: Form, values: Values) -> tuple[str, str, bool]:
     """Return way, how and whether a form is timed."""
+    if form.remembers:
+        return LEFT, "no joint of MJCF yields", False
     if form.specify is not None:
         return EXACT, BUILT, form.in_motion
     if form.command is not None:

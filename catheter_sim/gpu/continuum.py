@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from catheter_sim.core.law import RobotInModel
+from catheter_sim.errors import InputError
 from catheter_sim.gpu.continuum_kernels import planar_turns, resist, spatial_turns
 from catheter_sim.gpu.device import DeviceCopies, DeviceLaw, DevicePulls, TurnsKernel
 from catheter_sim.robots.continuum.laws import ElasticRemainder, HoleTurns
@@ -35,7 +36,13 @@ class Elastic(DeviceLaw):
 def laws(
     robot: ContinuumRobot, place: RobotInModel, copies: DeviceCopies, pulls: DevicePulls, tension: Any
 ) -> tuple[DeviceLaw, ...]:
-    """Return the laws but friction; see `gpu.device.Gpu`."""
+    """Return the laws but friction; see `gpu.device.Gpu`.
+
+    Raises:
+        InputError: a part of the backbone yields.
+    """
+    if any(segment.plastic_share for segment in robot.segments):
+        raise InputError(f"{robot.name}: plastic_share: a backbone that yields is not simulated on a GPU")
     remainder = ElasticRemainder(robot, place)
     return (Elastic(copies, remainder),) if remainder.needed else ()
 

@@ -147,6 +147,9 @@ class ArcRobot(NamedTuple):
         disks: number of each segment, (S,).
         weight: of each disk [N], and how far before it this acts, of a subsegment, (S, 4).
         cells, share, lead: as of `arc_equilibrium.ArcRobots`, (S,).
+        plastic: the same, (S, 2).
+        held, stood: the elastic bend of the part that yields in the balance before, and the segment's bend
+            from rest, (S, 2) [rad].
     """
 
     length: Any
@@ -167,6 +170,9 @@ class ArcRobot(NamedTuple):
     cells: Any
     share: Any
     lead: Any
+    plastic: Any
+    held: Any
+    stood: Any
 
 
 @compiled
@@ -192,6 +198,54 @@ def path_of_cells(bx, by, arm_x, arm_y, length, cells, share):
     slope_x = -0.5 * (by_w * arm_x + by_u * 2.0 * bx / cells) / chord
     slope_y = -0.5 * (by_w * arm_y + by_u * 2.0 * by / cells) / chord
     return cells * (h - chord), slope_x, slope_y
+
+
+@compiled
+def _carried(robot, s, away_x, away_y):
+    """Return the elastic bend of the part of segment `s` that yields, with the segment bent to `away` (2,).
+
+    From where it was left the segment bends on straight. The part follows as far as it yields; then what it
+    carries turns toward the way w: of the angle p between, dp/dw = -sin(p) / e_y (Krieg and Krieg 1977, the
+    exact law of perfect plasticity along a straight way).
+    """
+    most, ex, ey = robot.plastic[s, 1], robot.held[s, 0], robot.held[s, 1]
+    dx, dy = away_x - robot.stood[s, 0], away_y - robot.stood[s, 1]
+    x, y = ex + dx, ey + dy
+    way = math.sqrt(dx * dx + dy * dy)
+    if x * x + y * y <= most * most or way == 0.0:
+        return x, y
+    ux, uy = dx / way, dy / way
+    along, across = ex * ux + ey * uy, ux * ey - uy * ex
+    across = min(max(across, -most), most)
+    reached = math.sqrt(most * most - across * across)  # along the way, where it yields
+    angle = 2.0 * math.atan(across / (most + reached) * math.exp(-(way - (reached - along)) / most))
+    cosine, sine = most * math.cos(angle), most * math.sin(angle)
+    return ux * cosine - uy * sine, uy * cosine + ux * sine
+
+
+@compiled
+def _add_plastic(robot, s, away_x, away_y, residual, derivative):
+    """Add what the part of segment `s` that yields carries [rad], and its derivative, by differences."""
+    share, i = robot.plastic[s, 0], 2 * s
+    x, y = _carried(robot, s, away_x, away_y)
+    residual[i] += share * x
+    residual[i + 1] += share * y
+    for a in range(2):
+        step_x, step_y = (_DIFFERENCE_RAD, 0.0) if a == 0 else (0.0, _DIFFERENCE_RAD)
+        moved_x, moved_y = _carried(robot, s, away_x + step_x, away_y + step_y)
+        derivative[i, i + a] += share * (moved_x - x) / _DIFFERENCE_RAD
+        derivative[i + 1, i + a] += share * (moved_y - y) / _DIFFERENCE_RAD
+
+
+@compiled
+def let_slip(x, robot):
+    """Let the parts that yield stand where they are at the bends `x`."""
+    for s in range(len(robot.length)):
+        if robot.plastic[s, 0] > 0.0:
+            away_x, away_y = x[2 * s] - robot.rest[s, 0], x[2 * s + 1] - robot.rest[s, 1]
+            held = _carried(robot, s, away_x, away_y)
+            robot.held[s, 0], robot.held[s, 1] = held
+            robot.stood[s, 0], robot.stood[s, 1] = away_x, away_y
 
 
 @compiled
@@ -336,6 +390,9 @@ def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, d
                 derivative[i, i] += factor
                 derivative[i, 2 * s] += slope * away * away_x
                 derivative[i, 2 * s + 1] += slope * away * away_y
+        if robot.plastic[s, 0] > 0.0:
+            _add_plastic(robot, s, away_x, away_y, residual, derivative)
+        for i in range(2 * s, 2 * s + 2):
             largest = max(largest, abs(residual[i]))
 
     # The base gives way under the sum of the tensions.
@@ -504,7 +561,8 @@ def _followed(x, guess, robot, by_tension, ends, shortest, patient, anchor, betw
         there = ArcRobot(
             robot.length, robot.k0, robot.c3, robot.c5, robot.rest, robot.free, robot.arm, robot.chord,
             robot.stiffness, pretension, robot.at_rest, robot.mu, robot.compliance, robot.disks, weighing,
-            robot.cells, robot.share, robot.lead,
+            robot.cells, robot.share, robot.lead, robot.plastic, robot.held,
+            robot.stood,
         )  # fmt: skip
         size = find_equilibrium(
             x, there, by_tension, (command, tip_force, tip_moment), anchor, patient, work, newton, state
@@ -513,8 +571,10 @@ def _followed(x, guess, robot, by_tension, ends, shortest, patient, anchor, betw
             reached = place
             way *= 2.0
             copy(x, kept)
-            if robot.mu > 0.0 and reached < 1.0:
-                _anchored(x, robot, state[1], anchor)
+            if reached < 1.0:
+                if robot.mu > 0.0:
+                    _anchored(x, robot, state[1], anchor)
+                let_slip(x, robot)
         else:
             way *= 0.25 if way == 1.0 else 0.5
             if way < shortest:
@@ -562,7 +622,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         robots: length (B, S), stiffness k0 [N m/rad] and c3, c5 of the law in the bend (B, S), rest
             (B, S, 2), arm (B, T, S, 2), chord (B, T, S), tendons' stiffness and stretch by their
             pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 4), cells, share and lead
-            (B, S).
+            (B, S), plastic (B, S, 2).
         free: which bends are free, (S, 2).
         disks: of each segment, (S,).
         by_tension: what the commands are.
@@ -571,7 +631,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         results: unknowns (B, n, 2S + 1), tension (B, n, T), span (B, n, T, S), residual (B, n) [rad].
     """
     lengths, k0s, c3s, c5s, rests, arms, chords, stiffnesses, stretches, mus = robots[:10]
-    compliances, weights, cells, shares, leads = robots[10:]
+    compliances, weights, cells, shares, leads, plastics = robots[10:]
     commands, tip_forces, tip_moments = inputs
     unknowns, tensions, spans, residuals = results
     batch, rows, tendons = commands.shape
@@ -601,14 +661,16 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
     exchanged = np.empty((len(slopes), n), np.int64)
     sloped = np.zeros(rows, np.bool_)
     anchor, path_at_rest = np.empty((tendons, segments)), np.empty(tendons)
+    held, stood = np.empty((segments, 2)), np.empty((segments, 2))
     table = np.empty(2 ** math.ceil(math.log2(rows + 1) + 1), np.int64)
     nothing = (np.zeros(tendons), np.zeros(3), np.zeros(3), 0.0)
     for b in range(batch):
         robot = ArcRobot(
             lengths[b], k0s[b], c3s[b], c5s[b], rests[b], free, arms[b], chords[b], stiffnesses[b],
             stretches[b], path_at_rest, mus[b], compliances[b], disks, weights[b], cells[b], shares[b],
-            leads[b],
+            leads[b], plastics[b], held, stood,
         )  # fmt: skip
+        held[:], stood[:] = 0.0, 0.0
         for s in range(segments):
             at_rest[2 * s], at_rest[2 * s + 1] = rests[b, s, 0], rests[b, s, 1]
         copy(at_rest, now)
@@ -620,7 +682,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
         for t in range(tendons):
             path_at_rest[t] = anchor[t].sum()
         table[:] = -1
-        rough = mus[b] > 0.0
+        rough = mus[b] > 0.0 or plastics[b, :, 0].max() > 0.0
         begin, lost = nothing, 0
         for row in range(0, rows, 1 if rough else every):
             known = row
@@ -673,6 +735,7 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
             lost += 1 if size > TOLERANCE_RAD else 0
             if rough:
                 _anchored(now, robot, slip, anchor)
+                let_slip(now, robot)
                 begin = end
             if b == 0:
                 copy(now, firsts[row])

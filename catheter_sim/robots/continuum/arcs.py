@@ -15,9 +15,12 @@ Euler, return mapping): x = clip(x_old + (d - d_old)/PRE_SLIDING, -1, 1), so tha
 stays stuck and a reversal runs through the whole interval.
 
 The generalised load is that of weights at the disks and of a force and a moment on the tip, all of
-fixed direction in the base frame (virtual work). The rows of a robot with friction are marched one by
-one; without, a row's equilibrium does not depend on others, unless there are several: then the one near
-the row before is found. Solved in compiled loops (`arc_kernels`).
+fixed direction in the base frame (virtual work). Beside a segment's elastic law may act an elastic-plastic
+part (Prandtl's element, L. Prandtl, ZAMM 8, 1928): of h times the stiffness, it carries h k0 e, where e
+follows the bend as far as |e| = e_y and slips from there on, in the direction of the bend (return mapping).
+The rows of a robot with friction or such a part are marched one by one; without, a row's equilibrium does
+not depend on others, unless there are several: then the one near the row before is found. Solved in
+compiled loops (`arc_kernels`).
 """
 
 from __future__ import annotations
@@ -39,6 +42,8 @@ class ArcRobots:
         length: (B, S) [m].
         bending: EI, (B, S) [N m^2].
         cubic, quintic: of the law M = EI (k + c3 k^3 + c5 k^5), (B, S) [m^2], [m^4].
+        plastic: stiffness of the part that yields over the elastic one, and the bend at which it yields,
+            (B, S, 2) [1], [rad].
         rest: bend vector of the unloaded robot, (B, S, 2) [rad].
         free: whether a component of the bend may differ from `rest`, (S, 2).
         arm: gradient of a tendon's path shortening by the bend, (B, T, S, 2) [m]; zero where the
@@ -60,6 +65,7 @@ class ArcRobots:
     bending: Array
     cubic: Array
     quintic: Array
+    plastic: Array
     rest: Array
     free: NDArray[np.bool_]
     arm: Array
@@ -153,6 +159,7 @@ def solve_rows(
         robots.cells,
         robots.share,
         robots.lead,
+        robots.plastic,
     )
     inputs = (commands, loads.force_tip, loads.moment_tip)
     solve_histories(

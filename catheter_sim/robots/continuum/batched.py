@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from catheter_sim.core.law import CopiesControls, CopiesLaw, CopyArrays, RobotInModel, StraightCopies
-from catheter_sim.robots.continuum.laws import ElasticCopies, ElasticRemainder
+from catheter_sim.robots.continuum.laws import ElasticCopies, ElasticRemainder, PlasticCopies, PlasticParts
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 
@@ -19,8 +19,9 @@ def rubs(robot: ContinuumRobot) -> bool:
 
 def laws(robot: ContinuumRobot, place: RobotInModel, arrays: CopyArrays) -> tuple[CopiesLaw, ...]:
     """Return the laws but friction."""
-    remainder = ElasticRemainder(robot, place)
-    return (ElasticCopies(remainder, arrays),) if remainder.needed else ()
+    remainder, plastic = ElasticRemainder(robot, place), PlasticParts(robot, place)
+    found: list[CopiesLaw] = [ElasticCopies(remainder, arrays)] if remainder.needed else []
+    return (*found, PlasticCopies(plastic, arrays)) if plastic.needed else tuple(found)
 
 
 def controls(robot: ContinuumRobot, place: RobotInModel, arrays: CopyArrays) -> CopiesControls:

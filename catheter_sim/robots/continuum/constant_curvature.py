@@ -97,6 +97,9 @@ def arc_robots(robots: Sequence[ContinuumRobot], straight_between_disks: bool = 
         bending=per_segment("bending_stiffness_N_m2") * scale,
         cubic=per_segment("stiffness_cubic_m2"),
         quintic=per_segment("stiffness_quintic_m4"),
+        plastic=np.stack(
+            [per_segment("plastic_share"), per_segment("yield_curvature_per_m") * length], axis=2
+        ),
         rest=rest * (length * np.sinc(0.5 * turns(robots) / math.pi))[:, :, None],
         free=free,
         arm=np.array([_arms(robot, straight_between_disks) for robot in robots]),

@@ -401,6 +401,11 @@ def _check_segment(segment: Segment, prefix: str) -> None:
     need(segment, "bending_axes", prefix, lambda axes: axes in _AXES, "must be x, y, xy or none")
     for name in ("stiffness_cubic_m2", "stiffness_quintic_m4"):
         need(segment, name, prefix, math.isfinite, "must be finite")
+    need(segment, "plastic_share", prefix, lambda value: 0 <= value < math.inf, "must not be negative")
+    positive(segment, "yield_curvature_per_m", prefix)
+    if segment.bending_axes in ("x", "y"):
+        what = "must be 0 where bending_axes is x or y"
+        need(segment, "plastic_share", prefix, lambda value: value == 0, what)
     limit = 4.0 * math.pi / segment.length_m
     for name in ("rest_curvature_x_per_m", "rest_curvature_y_per_m", "rest_twist_rad_per_m"):
         need(
@@ -502,6 +507,8 @@ def _handles(segments: Parts, tendons: tuple[str, ...]) -> tuple[Handle, ...]:
         found.append(Handle(Role.CUBIC, f"segments.{name}.stiffness_cubic_mm2"))
         found.append(Handle(Role.QUINTIC, f"segments.{name}.stiffness_quintic_mm4"))
         if spatial:
+            found.append(Handle(Role.PLASTIC_SHARE, f"segments.{name}.plastic_share"))
+            found.append(Handle(Role.YIELD_CURVATURE, f"segments.{name}.yield_curvature_per_m"))
             found.append(Handle(Role.HOLE_TWIST, f"segments.{name}.rest_twist_deg_per_m"))
     if not spatial:
         found.append(Handle(Role.ELEMENT_TURN, ""))

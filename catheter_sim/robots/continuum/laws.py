@@ -16,6 +16,7 @@ from catheter_sim.core.law import (
     Step,
     StraightControls,
     TendonPaths,
+    Views,
 )
 from catheter_sim.mechanics import tendons
 from catheter_sim.mechanics.capstan import add_pull
@@ -37,6 +38,9 @@ from catheter_sim.robots.continuum.spec import ContinuumRobot
 # The law is M = EI (k + c3 k^3 + c5 k^5) of the curvature k, a vector in a robot that bends in space: M_x =
 # EI k_x (1 + c3 |k|^2 + c5 |k|^4). MJCF holds c3 k_x^3 of each hinge by itself; the coupling of the two
 # hinges and the fifth power are applied as forces.
+
+
+ALONE = np.zeros(1, dtype=np.int64)  # of copies, where there is one robot
 
 
 class ElasticRemainder(Law):
@@ -118,6 +122,73 @@ class ElasticCopies(CopiesLaw):
     def between(self, copies: np.ndarray) -> None:
         """Add the torques."""
         self._law.add_to_copies(copies, self._arrays.qpos, self._arrays.applied)
+
+
+# ----------------------------------------------------------------------------------------------------
+# The part of a backbone that yields: it follows the bend of each link as far as it holds, then slips.
+
+
+class PlasticParts(Law):
+    """Torques of the parts that yield (`spec.Segment.plastic_share`), by the way that each link has bent."""
+
+    def __init__(self, robot: ContinuumRobot, place: RobotInModel) -> None:
+        parts = [item for item in links(robot) if item.segment.plastic_share and axes_of(item.segment)]
+        hinges = [[place.joint(f"{axis}{item.index}") for axis in "xy"] for item in parts]
+        self.needed = bool(parts)
+        self._qpos = np.array([[hinge.qposadr[0] for hinge in pair] for pair in hinges], int).reshape(-1, 2)
+        self._dofs = np.array([[hinge.dofadr[0] for hinge in pair] for pair in hinges], int).reshape(-1, 2)
+        self._rest = place.model.qpos_spring[self._qpos].copy()
+        scale = robot.stiffness_scale
+        self._stiffness = np.array(
+            [
+                item.segment.plastic_share * scale * item.segment.bending_stiffness_N_m2 / item.length_m
+                for item in parts
+            ]
+        )
+        self._most = np.array([item.segment.yield_curvature_per_m * item.length_m for item in parts])
+        self._slipped = np.zeros((1, len(parts), 2))
+
+        self._state = Views("qpos", "qfrc_applied", one_copy=True)
+
+    def slipped(self, count: int) -> Array:
+        """Return how far the parts of so many copies have slipped at rest, shape (m, k, 2) [rad]."""
+        return np.zeros((count, *self._slipped.shape[1:]))
+
+    def reset(self) -> None:
+        """Let all parts stand where the links rest."""
+        self._slipped[:] = 0.0
+
+    def between(self, step: Step) -> None:
+        """Add the torques."""
+        qpos, applied = self._state(step.data)
+        self.add_to_copies(ALONE, qpos, applied, self._slipped)
+
+    def add_to_copies(self, copies: np.ndarray, qpos: Array, applied: Array, slipped: Array) -> None:
+        """`between` in some of m copies: positions (m, nq), applied forces (m, nv), and as of `slipped`."""
+        bent = qpos[np.ix_(copies, self._qpos.ravel())].reshape(-1, *self._qpos.shape) - self._rest
+        held = bent - slipped[copies]
+        size = np.sqrt((held**2).sum(axis=2))
+        held *= np.minimum(1.0, self._most / np.maximum(size, 1e-300))[..., np.newaxis]
+        slipped[copies] = bent - held
+        torque = self._stiffness[:, np.newaxis] * held
+        applied[np.ix_(copies, self._dofs.ravel())] -= torque.reshape(len(copies), -1)
+
+
+class PlasticCopies(CopiesLaw):
+    """The parts that yield in many copies, each with its own way."""
+
+    compiled = False
+
+    def __init__(self, law: PlasticParts, arrays: CopyArrays) -> None:
+        self._law, self._arrays, self._slipped = law, arrays, law.slipped(len(arrays.qpos))
+
+    def reset(self, copies: np.ndarray) -> None:
+        """Let all parts stand where the links rest."""
+        self._slipped[copies] = 0.0
+
+    def between(self, copies: np.ndarray) -> None:
+        """Add the torques."""
+        self._law.add_to_copies(copies, self._arrays.qpos, self._arrays.applied, self._slipped)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -271,8 +342,8 @@ def controls(robot: ContinuumRobot, place: RobotInModel) -> Controls:
 
 def laws(robot: ContinuumRobot, place: RobotInModel) -> tuple[Law, ...]:
     """Return the laws but friction: none where the hinges hold the whole elastic law."""
-    remainder = ElasticRemainder(robot, place)
-    return (remainder,) if remainder.needed else ()
+    remainder, plastic = ElasticRemainder(robot, place), PlasticParts(robot, place)
+    return tuple(law for law in (remainder, plastic) if law.needed)
 
 
 def tendon_paths(robot: ContinuumRobot, place: RobotInModel) -> TendonPaths:

@@ -191,7 +191,10 @@ def add(root: Element, robot: ContinuumRobot, actuation: str) -> None:
 
 def integration(robot: ContinuumRobot, actuation: str) -> Integration:
     """Return how it is stepped in motion: tendons that are driven are stiff springs, and so may a law be."""
-    law = any(segment.stiffness_cubic_m2 or segment.stiffness_quintic_m4 for segment in robot.segments)
+    law = any(
+        segment.stiffness_cubic_m2 or segment.stiffness_quintic_m4 or segment.plastic_share
+        for segment in robot.segments
+    )
     stiff = actuation != "tension" or law
     return Integration(IMPLICIT_SPRINGS) if stiff else of_springs_and_masses(robot)
 

@@ -166,6 +166,8 @@ def _unsupported_segment(segment: Segment) -> str:
         return "hinges off the middles"
     if segment.stiffness_cubic_m2 or segment.stiffness_quintic_m4:
         return "an elastic law that is not linear"
+    if segment.plastic_share:
+        return "a plastic part of the stiffness"
     if segment.rest_curvature_x_per_m or segment.rest_curvature_y_per_m:
         return "rest curvature"
     if segment.rest_twist_rad_per_m:

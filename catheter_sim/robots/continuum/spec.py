@@ -40,6 +40,10 @@ class Segment:
     # Elastic law M = EI (k + c3 k^3 + c5 k^5) of the curvature k: c3 [m^2], c5 [m^4].
     stiffness_cubic_m2: float = 0.0
     stiffness_quintic_m4: float = 0.0
+    # Beside it a part that yields (Prandtl's element): `plastic_share` times as stiff, it slips where it is
+    # bent by more than `yield_curvature_per_m` from where it stands.
+    plastic_share: float = 0.0
+    yield_curvature_per_m: float = 1.0
     rest_curvature_x_per_m: float = 0.0  # of the unloaded backbone, bending toward +x
     rest_curvature_y_per_m: float = 0.0  # toward +y
     rest_twist_rad_per_m: float = 0.0  # of the tendons' holes about the backbone
