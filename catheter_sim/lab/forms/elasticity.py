@@ -9,6 +9,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec, with_segments
+from catheter_sim.lab import memory
 from catheter_sim.lab.engine import Acting, LabForm, Numbers, Scale, Shapes, of_cells, places_along, rebent
 from catheter_sim.lab.specimen import Course, Specimen
 
@@ -106,6 +107,36 @@ def _quintic(acting: Acting, robot: RobotSpec) -> RobotSpec:
     )
 
 
+def _yields(specimen: Specimen) -> bool:
+    return _pulled_cells(specimen) and specimen.has("plastic_share") and not specimen.planar
+
+
+def _where_it_yields(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
+    return {"share_of_bend": generator.uniform(0.1, 0.4)}
+
+
+def _yielding(acting: Acting, robot: RobotSpec) -> RobotSpec:
+    changes = {"plastic_share": _PERCENT * acting.size, "yield_curvature_per_m": _yield_per_m(acting)}
+    return with_segments(robot, [changes] * len(robot.segments))
+
+
+def _yield_per_m(acting: Acting) -> float:
+    return float(acting.numbers["share_of_bend"] * acting.scale.curvature_per_m)
+
+
+def _sliders(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    """Three parts of each element's bend follow the whole with dead-bands of their own."""
+    share = min(_PERCENT * acting.size, 1.0)
+    widths = acting.scale.bend_rad * np.array([0.15, 0.4, 0.8])
+
+    def late(bends: Array) -> Array:
+        rows = bends.reshape(len(bends), -1)
+        plays = sum(memory.play(rows, width) for width in widths) / len(widths)
+        return ((1.0 - share) * rows + share * plays).reshape(bends.shape)
+
+    return rebent(shapes, late)
+
+
 def _plateau(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     knee = acting.numbers["knee"] * acting.scale.bend_rad
 
@@ -186,6 +217,33 @@ FORMS = (
         most=150.0,
         shape=_plateau,
         also=("actuation_gain",),
+    ),
+    LabForm(
+        cause="nonlinear_stiffness",
+        name="yielding",
+        law="beside EI k a part with a slider, h EI e, |e| <= e_y (Prandtl 1928)",
+        applies=_yields,
+        draw=_where_it_yields,
+        every=lambda specimen, scale: [{"share_of_bend": 0.2}],
+        start=15.0,
+        most=200.0,
+        robot=_yielding,
+        parameters=lambda acting: {
+            "plastic_share": _PERCENT * acting.size,
+            "yield_per_m": _yield_per_m(acting),
+        },
+        also=("backlash", "tendon_friction"),
+    ),
+    LabForm(
+        cause="nonlinear_stiffness",
+        name="sliders",
+        law="parts of every element's bend follow it through plays of their own (Iwan 1966)",
+        purpose="judge",
+        applies=_pulled_cells,
+        start=10.0,
+        most=100.0,
+        shape=_sliders,
+        also=("backlash", "tendon_friction"),
     ),
     LabForm(
         cause="nonlinear_stiffness",

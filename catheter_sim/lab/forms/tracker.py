@@ -84,6 +84,17 @@ def _each_slant(specimen: Specimen, scale: Scale) -> Sequence[Numbers]:
     return [{"along": {a: 1.0}, "across": {b: 1.0}} for a in axes for b in axes if a != b]
 
 
+def _off_the_tip(specimen: Specimen, scale: Scale, generator: np.random.Generator) -> Numbers:
+    return {"toward": {"z": 1.0}}
+
+
+def _on_a_stalk(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
+    """The tip's sensor sits on a stalk that turns with the last element."""
+    p, stalk = shapes.p.copy(), acting.size * _TENTH_MM * _vector(acting.numbers["toward"])
+    p[:, -1] += np.einsum("rij,j->ri", shapes.R[:, -1], stalk)
+    return replace(shapes, p=p)
+
+
 def _oblique(acting: Acting, course: Course, shapes: Shapes) -> Shapes:
     """A camera looks on at a slant and is taken for one that does not: what is nearer looks larger."""
     nearer = shapes.p @ _vector(acting.numbers["toward"]) / acting.specimen.length_m
@@ -143,6 +154,18 @@ FORMS = (
         most=100.0,
         seen=_sheared,
         parameters=_shears,
+    ),
+    LabForm(
+        cause="measurement_frame",
+        name="lever",
+        law="p_tip' = p_tip + R_tip d: the tip's sensor sits on a stalk ahead of it",
+        draw=_off_the_tip,
+        every=lambda specimen, scale: [{"toward": {"z": 1.0}}],
+        start=20.0,
+        signed=True,
+        most=150.0,
+        shape=_on_a_stalk,
+        parameters=lambda acting: {"ahead_mm": acting.size * _TENTH_MM * 1e3},
     ),
     LabForm(
         cause="measurement_frame",
