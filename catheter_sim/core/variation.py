@@ -138,6 +138,14 @@ def variation_words(item: Variation) -> str:
     return f"with {what}, {SHAPES[item.shape].words.format(*at)}"
 
 
+def axis_of_variation(along: str, channel: str) -> str:
+    """Return what an axis is called along which a number varies, with its unit."""
+    named, _, unit = channel.rpartition("_")
+    what = _WITH[along].format(named.replace("_", " "))
+    unit = _UNITS.get(along, "" if along in ("sign", "direction") else f" {unit}").strip()
+    return f"{what} [{unit}]" if unit else what
+
+
 def said_of(name: str) -> str:
     """Return a number's name, or the words for by how much it varies."""
     if MARK not in name:

@@ -11,6 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from catheter_sim.arrays import Array
+from catheter_sim.core.effect import Parameter
+from catheter_sim.core.variation import MARK, SHAPES, Variation, axis_of_variation, variation_of
 from catheter_sim.diagnosis.residuals import (
     STAGES,
     VIEWS,
@@ -23,9 +25,10 @@ from catheter_sim.diagnosis.residuals import (
     score_views,
     stack,
 )
-from catheter_sim.diagnosis.result import DiagnosisResult, TrialFit
+from catheter_sim.diagnosis.result import DiagnosisResult, FittedParameter, TrialFit
 from catheter_sim.diagnosis.trials import TIP, Dataset, points_of, unit_of
 from catheter_sim.diagnosis.words import axis_label, before_model, errors_of
+from catheter_sim.effects import EFFECTS
 from catheter_sim.pictures.curves import COLOURS, LEGEND, entitle, panels_of, png_of, tidy_axes
 from catheter_sim.tables import Table
 
@@ -307,9 +310,74 @@ def _leaps(path: tuple[Array, Array]) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------
+# How numbers of causes vary: over time, along the robot, with an input or its past.
+
+_BEYOND = 1.25  # times the last level at which a curve bends, as far as it is drawn
+_POINTS = 241
+VariedNumber = tuple[Variation, FittedParameter]
+
+
+def variation_figure(diagnosis: DiagnosisResult) -> Figure | None:
+    """Return a panel for each number that varies, by what it varies with; None where none does.
+
+    The band is that of the variation's own 95 % intervals, ends together.
+    """
+    varied: dict[tuple[str, str, str, str], list[VariedNumber]] = {}
+    causes = {cause.name: cause for cause in (*diagnosis.causes, *diagnosis.corrections)}
+    for cause in causes.values():
+        for name, item in cause.parameters.items():
+            if MARK in name:
+                way = variation_of(name)
+                varied.setdefault((cause.name, way.number, way.along, way.channel), []).append((way, item))
+    if not varied:
+        return None
+    figure = Figure(figsize=(3.6 * max(len(varied), 2), 3.1), layout="constrained")
+    panels = figure.subplots(1, len(varied), squeeze=False)[0]
+    for axes, ((effect, number, along, channel), ways) in zip(panels, varied.items(), strict=True):
+        parameter = EFFECTS[effect].parameter(diagnosis.dataset.robot, number)
+        assert parameter is not None  # it was fitted
+        own = causes[effect].parameters.get(number)
+        level = _levels(diagnosis, along, [way for way, _ in ways])
+        _draw_variation(axes, parameter, parameter.null if own is None else own.value, level, ways)
+        axes.set_xlabel(axis_of_variation(along, channel), fontsize=9)
+        axes.set_title(f"{effect.replace('_', ' ')}: {number}", fontsize=9)
+        tidy_axes(axes)
+    return figure
+
+
+def _draw_variation(
+    axes: Any, parameter: Parameter, own: float, level: Array, ways: Sequence[VariedNumber]
+) -> None:
+    """Draw a number that is `own` where nothing varies, at levels (n,)."""
+    courses = np.array([SHAPES[way.shape].of(level, way.at) for way, _ in ways])
+
+    def values(sizes: Sequence[float]) -> Array:
+        coordinates = parameter.to_fit(own) + np.array(sizes) @ courses
+        return np.array([parameter.from_fit(value) for value in coordinates.tolist()])
+
+    low, high = (values([item.ci95[end] for _, item in ways]) for end in (0, 1))
+    axes.fill_between(level, low, high, color=COLOURS["after"], alpha=0.2, linewidth=0.0)
+    axes.plot(level, values([item.value for _, item in ways]), color=COLOURS["after"])
+    axes.axhline(parameter.null, color="0.75", linewidth=0.8, zorder=0)
+
+
+def _levels(diagnosis: DiagnosisResult, along: str, ways: Sequence[Variation]) -> Array:
+    """Return where a number that varies is drawn, shape (n,)."""
+    if along in ("sign", "direction"):
+        return np.linspace(-1.0, 1.0, _POINTS)
+    most = 1.0
+    if along == "time":
+        most = max(float(fit.time_s[-1] - fit.time_s[0]) for fit in diagnosis.fits)
+    elif along != "place":
+        most = _BEYOND * max(way.at[-1] for way in ways)
+    return np.linspace(0.0, most, _POINTS)
+
+
+# ----------------------------------------------------------------------------------------------------
 # The pictures of a diagnosis: measured and computed series, how large the errors are, what they depend on.
 
 PATHS = "paths"  # the picture of the paths in space
+VARIATIONS = "variations"  # the picture of how numbers vary
 _MOST_COLUMNS = 3  # panels in one picture
 
 
@@ -334,6 +402,9 @@ def figures(diagnosis: DiagnosisResult) -> tuple[ReportPicture, ...]:
     if not diagnosis.was_fitted:
         return (_headline_picture(diagnosis),)
     pictures = [*_paths_picture(diagnosis), _headline_picture(diagnosis), _error_picture(diagnosis)]
+    varied = variation_figure(diagnosis)
+    if varied is not None:
+        pictures.append(ReportPicture(VARIATIONS, "How numbers vary, with their 95 % bands.", png_of(varied)))
     fits, subject = judged(diagnosis)
     columns = shown_columns(diagnosis, fits)
     for score in score_views(diagnosis.dataset, fits, diagnosis.unit):

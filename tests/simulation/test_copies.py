@@ -13,6 +13,7 @@ from catheter_sim.simulation.copies import Copies, copied_together
 from catheter_sim.simulation.simulator import Simulator
 
 ELASTIC = ("segments.section.stiffness_quintic_mm4=1e5",)
+YIELDING = ("segments.first.plastic_share=0.4", "segments.first.yield_curvature_per_m=0.5")
 COUNT = 4
 
 
@@ -26,6 +27,7 @@ def plant(robot: str, settings: tuple[str, ...] = (), actuation: str | None = No
         ("neuroendoscope_section", (), None),
         ("neuroendoscope_section", ("friction.mu=0",), None),
         ("neuroendoscope_section", ELASTIC, None),
+        ("spacer_disk", YIELDING, "tension"),
         ("mitral_4dof", (), None),
         ("notched_wrist", (), None),
         ("notched_wrist", ("friction.mu=0",), None),
