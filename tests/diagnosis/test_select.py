@@ -74,6 +74,20 @@ def test_search_does_not_end_where_causes_tried_beside_it_pay():
     assert may_end_at(one, replace(none, terms=(Term("payload", ()),)), [one, both])
 
 
+@pytest.mark.parametrize(("forms", "taken"), [(2, True), (20, False)])
+def test_of_many_forms_one_does_better_by_chance(forms, taken, monkeypatch):
+    """A tenth less in each of eight stretches, by chance once in 256: enough of two forms, not of twenty."""
+    now = replace(BEFORE, terms=(Term("stiffness", ()),))
+    other = replace(fit_with(np.full(80, 0.9)), terms=(Term("stiffness", ("scale",)),))
+    worse = replace(fit_with(np.full(80, 1.1)), terms=other.terms)
+    fits = [("stiffness", "form", item) for item in (other, *[worse] * (forms - 1))]
+    monkeypatch.setattr(search, "_fitted", lambda *_, **__: (now, fits))
+    monkeypatch.setattr(search, "fit", lambda *_, **__: other)
+    problem = SimpleNamespace(moving=False, model_share=None)
+    assert chance(other) == pytest.approx(1 / 256)
+    assert (search.in_best_forms(problem, now) is other) is taken  # type: ignore[arg-type]
+
+
 STRETCHES, ROWS = 16, 12
 UNITS = {"nonlinear_stiffness": "cubic_mm2", "twist": "rate_deg_per_m"}
 
