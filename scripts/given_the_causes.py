@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where 
 
 from catheter_sim.cli.arguments import whole_number
 from catheter_sim.diagnosis.choose import Choice, decide_on_heldout, without_explained_faults
-from catheter_sim.diagnosis.conclude import judge
+from catheter_sim.diagnosis.conclude import examine, judge, score_hypotheses
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.fit import Fit, fit
 from catheter_sim.diagnosis.prepare import calibrate, find_data_faults, prepare, running, split_problem
@@ -103,10 +103,12 @@ def given(root: Path, score: dict[str, Any]) -> dict[str, Any]:
     with running(SERIAL, False) as run:
         faults = without_explained_faults(run, split, before, find_data_faults(split, before))
         choice = told(split.train, [item["cause"] for item in hidden], split.thorough)
-        settled = decide_on_heldout(run, split, before, choice)
-        verdict = judge(split, before, settled, faults)
-    of_unit = settled.pruned.by_unit[settled.unit]
-    names = set(settled.pruned.after.causes) if verdict.names_causes else set()
+        kept = decide_on_heldout(run, split, before, choice)
+        examined = examine(split, before, kept)
+        scores = score_hypotheses(run, split, choice, kept, examined, faults)
+        verdict = judge(split, before, kept, faults, examined, scores)
+    of_unit = kept.pruned.by_unit[kept.unit]
+    names = set(verdict.established)
     values = (
         score["index"],
         score["robot"],
