@@ -15,6 +15,7 @@ from catheter_sim.effects.shared import sizes
 
 _ROTATION = ("rotation_x_deg", "rotation_y_deg", "rotation_z_deg")
 _TRANSLATION = ("translation_x_mm", "translation_y_mm", "translation_z_mm")
+_RIGID = (*_TRANSLATION, *_ROTATION)
 _SCALE = "scale"
 _LEVER = ("ahead_mm", "aside_x_mm", "aside_y_mm")
 _LEVER_SHARE = 0.2  # of the robot's length, how far at most
@@ -79,7 +80,7 @@ EFFECT = Effect(
             equation="p' = scale * p, as of a camera that is nearer than it was calibrated for",
             stage=Stage.OBSERVATION,
             parameters=lambda robot: _SCALED,
-            groups=lambda robot: ((_SCALE,), (*(item.name for item in _PARAMETERS), _SCALE)),
+            groups=lambda robot: ((_SCALE,), (*_RIGID, _SCALE)),
             observe=_stretched,
             further=True,
         ),
@@ -97,7 +98,7 @@ EFFECT = Effect(
             "turns with it",
             stage=Stage.SHAPE,
             parameters=_lever,
-            groups=lambda robot: (_LEVER[:1], _LEVER),
+            groups=lambda robot: (_LEVER[:1], (*_RIGID, *_LEVER[:1]), (*_RIGID, *_LEVER)),
             shape=_carried,
             further=True,
         ),
