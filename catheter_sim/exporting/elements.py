@@ -508,8 +508,10 @@ def _fit(joint: str, angle: Array, moment: Array, largest: float) -> HingeLaw:
 # A, has the length 2 A cos(q / 2), and F times its slope is F A sin(|q| / 2). A second part of the tendon,
 # between sites on one side of the hinge, takes that slope away but for the third power of q. A tendon
 # yields after a turn by `TURN_SHARE` of the hinge's range, at that range. A constant part is a plastic
-# fixed tendon. A friction loss of the same tendons does the same in engines that know no plastic springs.
+# fixed tendon. A friction loss of the same tendons does the same in engines that know no plastic springs, as
+# MuJoCo before 4.
 
+PLASTIC_SPRINGS = hasattr(mujoco.MjModel, "tendon_springyield")  # MuJoCo 4 has them
 TURN_SHARE, STEEP_TURN_SHARE = 0.005, 0.003  # of a hinge's range: the turn after which all friction is there
 LOSS_TURN_SHARE = 0.03  # of a hinge's range: by it a friction loss is turned, to have a slope at rest
 _CUBIC_AS_LINE = 0.6  # w of the line w x that is nearest to x^3 from 0 to 1, by least squares

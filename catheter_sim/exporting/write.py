@@ -22,6 +22,7 @@ from catheter_sim.exporting.elements import (
     FITTED,
     IN_LOOPS,
     LEFT,
+    PLASTIC_SPRINGS,
     CarriedCause,
     HingeLaw,
     Shift,
@@ -467,7 +468,7 @@ def _finished(
     tensions = all(drive.quantity is Quantity.TENSION for drive in drives_of(robot))
     rows = command_actuators(root, own, affine_of(robot), timing_of(robot, Stage.COMMAND), tensions)
     add_springs(root, laws)
-    add_friction(root, plain, laws, plastic=engine == "mujoco")
+    add_friction(root, plain, laws, plastic=engine == "mujoco" and PLASTIC_SPRINGS)
     add_sensors(root, body_count(robot), view_of(robot), robot.markers)
     count_samples(root, float(plain.opt.timestep))
     _rest(root, plain, shifts)
