@@ -115,6 +115,8 @@ def robot_text(parameters: dict[str, Any]) -> str:
             f"{key}.shear_stiffness_N": "authors' settings: no joint that shears",
             f"{key}.stiffness_cubic_mm2": "authors' settings: linear",
             f"{key}.stiffness_quintic_mm4": "authors' settings: linear",
+            f"{key}.plastic_share": "authors' settings: linear",
+            f"{key}.yield_curvature_per_m": "authors' settings: linear",
             f"{key}.rest_curvature_x_per_m": "authors' settings: straight",
             f"{key}.rest_curvature_y_per_m": "authors' settings: straight",
             f"{key}.rest_twist_deg_per_m": "authors' settings: straight",

@@ -118,6 +118,8 @@ def robot_text() -> str:
             f"{key}.shear_stiffness_N": "assumed: it does not shear",
             f"{key}.stiffness_cubic_mm2": "assumed linear",
             f"{key}.stiffness_quintic_mm4": "assumed linear",
+            f"{key}.plastic_share": "assumed linear",
+            f"{key}.yield_curvature_per_m": "assumed linear",
             f"{key}.rest_curvature_x_per_m": "assumed straight",
             f"{key}.rest_curvature_y_per_m": "assumed straight",
             f"{key}.rest_twist_deg_per_m": "assumed straight",

@@ -312,8 +312,6 @@ def _leaps(path: tuple[Array, Array]) -> bool:
 # ----------------------------------------------------------------------------------------------------
 # How numbers of causes vary: over time, along the robot, with an input or its past.
 
-_BEYOND = 1.25  # times the last level at which a curve bends, as far as it is drawn
-_POINTS = 241
 VariedNumber = tuple[Variation, FittedParameter]
 
 
@@ -364,13 +362,13 @@ def _draw_variation(
 def _levels(diagnosis: DiagnosisResult, along: str, ways: Sequence[Variation]) -> Array:
     """Return where a number that varies is drawn, shape (n,)."""
     if along in ("sign", "direction"):
-        return np.linspace(-1.0, 1.0, _POINTS)
+        return np.linspace(-1.0, 1.0, 241)
     most = 1.0
     if along == "time":
         most = max(float(fit.time_s[-1] - fit.time_s[0]) for fit in diagnosis.fits)
     elif along != "place":
-        most = _BEYOND * max(way.at[-1] for way in ways)
-    return np.linspace(0.0, most, _POINTS)
+        most = 1.25 * max(way.at[-1] for way in ways)  # a little beyond its last bend
+    return np.linspace(0.0, most, 241)
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -61,8 +61,8 @@ def _sheared(observed: Observed, values: Values) -> Observed:
 
 EFFECT = Effect(
     name="measurement_frame",
-    summary="measured positions are the true ones turned about the base by a rotation vector, then shifted, "
-    "then `scale` times as far from the tracker's zero, then sheared; the tip's point may lie ahead or aside",
+    summary="measured positions are the true ones turned about the base by a rotation vector, shifted, times "
+    "`scale`, sheared; the tip's sensor may lie `ahead` of it or aside",
     trace="an error that depends on where the tip is, not on how it came there",
     bench="Touch three known points of the base with the tracker and compare them with the drawing. "
     "Is its frame turned or shifted?",
