@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
+from catheter_sim.diagnosis.result import CAUSE_FOUND, IMPROVED, UNEXPLAINED
+from catheter_sim.foreign import diagnose
 from catheter_sim.foreign.diagnose import NONE, OUTSIDE, Tried, likely, outside, probabilities
 
 BEFORE = Tried((), 0.0, 40.0)
@@ -46,3 +50,24 @@ def test_a_group_has_three_members_at_most() -> None:
     (found,) = likely(GAIN, BEFORE, [BEFORE, GAIN, *(Tried((name,), 300.0, 1.0) for name in names)])
     assert len(found.members) == 3
     assert found.probability < 0.55
+
+
+@pytest.mark.parametrize(
+    ("left", "evidence", "named", "harmful", "verdict"),
+    [
+        (1.0, 300.0, True, False, CAUSE_FOUND),
+        (1.0, 300.0, False, False, IMPROVED),
+        (1.0, 300.0, True, True, UNEXPLAINED),
+        (39.0, 300.0, True, False, UNEXPLAINED),
+        (1.0, 4.0, True, False, UNEXPLAINED),
+    ],
+)
+def test_what_is_likely_is_a_cause_and_what_helps_is_not(
+    left: float, evidence: float, named: bool, harmful: bool, verdict: str
+) -> None:
+    """Named, and less left: a cause. Not named: improved. Harm, no gain or no evidence: unexplained."""
+    before, chosen = (
+        SimpleNamespace(times_noise=times, fit=SimpleNamespace(evidence=nats))
+        for times, nats in ((40.0, 0.0), (left, evidence))
+    )
+    assert diagnose._verdict(before, chosen, named, harmful) == verdict  # type: ignore[arg-type]
