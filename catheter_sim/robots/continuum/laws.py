@@ -40,9 +40,6 @@ from catheter_sim.robots.continuum.spec import ContinuumRobot
 # hinges and the fifth power are applied as forces.
 
 
-ALONE = np.zeros(1, dtype=np.int64)  # of copies, where there is one robot
-
-
 class ElasticRemainder(Law):
     """Torques of the elastic law beyond what the model's joints have."""
 
@@ -127,6 +124,8 @@ class ElasticCopies(CopiesLaw):
 # ----------------------------------------------------------------------------------------------------
 # The part of a backbone that yields: it follows the bend of each link as far as it holds, then slips.
 
+ALONE = np.zeros(1, dtype=np.int64)  # of copies, where there is one robot
+
 
 class PlasticParts(Law):
     """Torques of the parts that yield (`spec.Segment.plastic_share`), by the way that each link has bent."""
@@ -147,7 +146,6 @@ class PlasticParts(Law):
         )
         self._most = np.array([item.segment.yield_curvature_per_m * item.length_m for item in parts])
         self._slipped = np.zeros((1, len(parts), 2))
-
         self._state = Views("qpos", "qfrc_applied", one_copy=True)
 
     def slipped(self, count: int) -> Array:
