@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
-import mujoco
 import numpy as np
 from scipy.optimize import lsq_linear
 
@@ -215,8 +214,6 @@ class Plant:
 
     def posture(self) -> Posture:
         """Return where the robot is."""
-        # A step leaves the tendons' lengths, and so a driven tendon's tension, as before its motion.
-        mujoco.mj_fwdPosition(self.simulator.model, self.simulator.data)
         return self.simulator.posture()
 
     def measured(self, p_w: Array, R_w: Array, what: str = "tip") -> tuple[Array, Array]:
