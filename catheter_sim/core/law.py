@@ -42,6 +42,10 @@ class Views:
         self._owner: Any = None
         self._arrays: tuple[Any, ...] = ()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy takes over: it looks its own arrays up."""
+        return {"_names": self._names, "_one_copy": self._one_copy, "_owner": None, "_arrays": ()}
+
     def __call__(self, owner: mujoco.MjModel | mujoco.MjData) -> tuple[Any, ...]:
         """Return the arrays of `owner`, which it writes to as it always does."""
         if owner is not self._owner:
