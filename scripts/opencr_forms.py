@@ -2,9 +2,9 @@
 
     python scripts/opencr_forms.py
 
-Every set is fitted to every fourth row of the training file. Printed are the tip's RMS errors in space [mm] there,
-on stretches left out of it, and on the held-out file, as it is and without its mean offset. The held-out file is
-looked at only to print it. A minute in all.
+Every set is fitted to every fourth row of the training file. Printed are the tip's RMS errors in space [mm]
+there, on stretches left out of it, and on the held-out file, as it is and without its mean offset. The held-out
+file is looked at only to print it. A minute in all.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ from catheter_sim.files import assets_folder
 
 EVERY = 4
 CHANNELS = [f"{part}_{k}" for part in ("base", "middle", "tip") for k in (1, 2, 3)]
-RIGID = tuple(
-    f"{what}_{axis}_{unit}" for what, unit in (("translation", "mm"), ("rotation", "deg")) for axis in "xyz"
-)
+KINDS = (("translation", "mm"), ("rotation", "deg"))
+RIGID = tuple(f"{what}_{axis}_{unit}" for what, unit in KINDS for axis in "xyz")
 SHARED = (
     Term("axial_compression", ("stiffness_N_per_mm",)),
     Term("precurvature", ("curvature_x_per_m", "curvature_y_per_m")),
@@ -56,12 +55,8 @@ def main() -> int:
     for name, terms in SETS.items():
         found = fit(train, (*SHARED, *terms))
         away = residuals(heldout, found.numbers, found.x[None])[0].reshape(-1, 3)
-        errors = (
-            found.residual.reshape(-1, 3),
-            found.left_out.reshape(-1, 3),
-            away,
-            away - away.mean(axis=0),
-        )
+        inside = [item.reshape(-1, 3) for item in (found.residual, found.left_out)]
+        errors = (*inside, away, away - away.mean(axis=0))
         shown = [size_mm * float(np.sqrt((item**2).sum(axis=1).mean())) for item in errors]
         print(f"{name:<56} {shown[0]:>6.2f} {shown[1]:>8.2f} {shown[2]:>8.2f} {shown[3]:>8.2f}", flush=True)
     return 0
