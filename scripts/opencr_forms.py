@@ -3,8 +3,8 @@
     python scripts/opencr_forms.py
 
 Every set is fitted to every fourth row of the training file. Printed are the tip's RMS errors in space [mm]
-there, on stretches left out of it, and on the held-out file, as it is and without its mean offset. The held-out
-file is looked at only to print it. A minute in all.
+there, on stretches left out of it, and on the held-out file, as it is and without its mean offset. The
+held-out file is looked at only to print it. A minute in all.
 """
 
 from __future__ import annotations
