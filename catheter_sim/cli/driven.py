@@ -141,10 +141,10 @@ def with_lines(message: str, table: Table) -> str:
 
 
 def warn_of_limits(driven: DrivenRobot) -> None:
-    """Say on standard error which inputs are beyond what the robot can follow, a line for each column."""
+    """Say on standard error, in one line, which inputs are beyond what the robot can follow."""
     from catheter_sim.planning.bounded import beyond_limits
 
-    for line in beyond_limits(driven.specified, driven.commanded):
+    if line := beyond_limits(driven.specified, driven.commanded):
         print(f"catheter-sim: warning: {with_lines(line, driven.table)}", file=sys.stderr)
 
 

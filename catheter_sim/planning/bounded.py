@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -137,28 +137,32 @@ def _step(now: BoundedFit, least: Array, most: Array, damping: float) -> Array:
 # Inputs beyond what a robot can follow, said before they are simulated: its numbers mean nothing there.
 
 _ROUNDING = 1e-6
+_NAMED = 6  # columns that one line names
 
 
-def beyond_limits(robot: RobotSpec, inputs: Inputs) -> Iterator[str]:
-    """Yield a line for each input column that goes beyond what the robot can follow, with its first such row.
+def beyond_limits(robot: RobotSpec, inputs: Inputs) -> str:
+    """Return one line on the inputs that go beyond what the robot can follow, "" for none.
 
-    A robot of which no limit is known gets none.
+    It gives the first such row of the first such column, and names the other columns. A robot of which no
+    limit is known gets "".
     """
     driven = replace(robot, actuation=inputs.actuation)
     try:
         limits = face_of(robot, "steering", "limit").input_limits(driven, inputs.actuation)
     except InputError:
-        return
+        return ""
     values = channel_inputs(robot, inputs)
-    for drive, asked, least, most in zip(
-        drives_of(robot, inputs.actuation), values.T, limits.least, limits.most, strict=True
-    ):
-        rows = np.flatnonzero((asked > most * (1.0 + _ROUNDING)) | (asked < least * (1.0 + _ROUNDING)))
-        if not len(rows):
-            continue
-        row, unit = int(rows[0]), si_factor(drive.column)
-        end = most if asked[row] > most else least
-        yield (
-            f"{row_name(inputs, row)}: {drive.column} = {asked[row] / unit:.4g} is beyond {end / unit:.4g}: "
-            f"{limits.why}"
-        )
+    above, below = values > limits.most * (1.0 + _ROUNDING), values < limits.least * (1.0 + _ROUNDING)
+    drives = drives_of(robot, inputs.actuation)
+    beyond = [column for column in range(len(drives)) if (above | below)[:, column].any()]
+    if not beyond:
+        return ""
+    first, name = beyond[0], drives[beyond[0]].column
+    row, unit = int((above | below)[:, first].argmax()), si_factor(name)
+    value, end = values[row, first], (limits.most if above[row, first] else limits.least)[first]
+    others = "".join(f", {drives[column].column}" for column in beyond[1:_NAMED])
+    more = f" and {len(beyond) - _NAMED} more" if len(beyond) > _NAMED else ""
+    return (
+        f"{row_name(inputs, row)}: {name} = {value / unit:.4g} is beyond {end / unit:.4g}: {limits.why}"
+        + (f"; beyond theirs, too: {others[2:]}{more}" if others else "")
+    )

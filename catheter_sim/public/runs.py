@@ -178,7 +178,7 @@ def simulate(
         progress: show on standard error what is done; None: on a terminal, and in a notebook.
 
     Warns:
-        UserWarning: an input is beyond what the robot can follow; a line for each column.
+        UserWarning: an input is beyond what the robot can follow; one line names the columns.
 
     Raises:
         InputError: anything is not possible, or a motion takes more steps than `most_steps`.
@@ -260,7 +260,7 @@ def _warn_of_limits(robot: RobotSpec, inputs: Inputs) -> None:
     """Warn, at the caller's caller, of inputs beyond what the robot can follow."""
     from catheter_sim.planning.bounded import beyond_limits
 
-    for line in beyond_limits(robot, inputs):
+    if line := beyond_limits(robot, inputs):
         warnings.warn(f"{robot.name}: {line}", UserWarning, stacklevel=3)
 
 
