@@ -56,7 +56,7 @@ def test_what_was_measured_was_followed(folder: Path) -> None:
 
 @pytest.mark.parametrize("reference", [*ROBOTS, *sorted(map(str, EXAMPLES.glob("*.toml")))])
 def test_what_tasks_ask_of_a_robot_is_followed_and_ten_times_that_is_not(reference: str) -> None:
-    """Each drive at the end of its range, one after the other, and at ten times that: columns are named once."""
+    """Each drive at the end of its range, one after the other, and at ten times that, each named once."""
     robot = load_robot(reference)
     drives = plan_drives(robot)
     levels = np.diag(drives.most)
