@@ -287,20 +287,28 @@ class TableComparison:
         return np.asarray(np.sqrt(sum(item**2 for item in apart)))
 
     def figure(self) -> Figure:
-        """Both series of each column over time, at most 12 columns."""
+        """Both series of each column over time, and their difference; at most 12 columns."""
         from matplotlib.figure import Figure
 
         shown = [item.column for item in self.apart][:_MOST_PANELS]
-        figure = Figure(figsize=(9.0, 1.2 + 1.9 * len(shown)), layout="constrained")
-        for panel, name in zip(np.ravel(figure.subplots(len(shown), 1, sharex=True)), shown, strict=True):
-            panel.plot(self.first.time_s, self.first.columns[name], color="#222222", label=self.first.where)
-            panel.plot(self.first.time_s, self.second.columns[name], color="#1f5f8b", label=self.second.where)
-            panel.set_ylabel(name, fontsize=8)
-            panel.tick_params(labelsize=8)
-            panel.grid(color="0.92", linewidth=0.7)
-            panel.spines[["top", "right"]].set_visible(False)
-        figure.axes[0].legend(fontsize=9, frameon=False)
-        figure.axes[-1].set_xlabel("time since the first row [s]", fontsize=9)
+        figure = Figure(figsize=(13.0, 1.2 + 1.9 * len(shown)), layout="constrained")
+        panels = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
+        time_s = self.first.time_s
+        for (both, apart), name in zip(panels, shown, strict=True):
+            one, other = self.first.columns[name], self.second.columns[name]
+            both.plot(time_s, one, color="#222222", label=self.first.where)
+            both.plot(time_s, other, color="#1f5f8b", label=self.second.where)
+            apart.axhline(0.0, color="0.6", linewidth=0.7)
+            apart.plot(time_s, other - one, color="#a03b2a", label="second minus first")
+            both.set_ylabel(name, fontsize=8)
+            for panel in (both, apart):
+                panel.tick_params(labelsize=8)
+                panel.grid(color="0.92", linewidth=0.7)
+                panel.spines[["top", "right"]].set_visible(False)
+        for panel in panels[0]:
+            panel.legend(fontsize=9, frameon=False)
+        for panel in panels[-1]:
+            panel.set_xlabel("time since the first row [s]", fontsize=9)
         return figure
 
 
@@ -343,14 +351,6 @@ def compare_tables(first: Table, second: Table, columns: Sequence[str] | None = 
         int((~inside).sum()),
         apart,
     )
-
-
-def compare_files(
-    first: str | os.PathLike[str], second: str | os.PathLike[str], columns: Sequence[str] | None = None
-) -> TableComparison:
-    """Return two CSV files at the same moments, as `compare_tables` does."""
-
-    return compare_tables(read_table(first), read_table(second), columns)
 
 
 def _apart(name: str, time_s: Array, one: Array, other: Array) -> Apart:

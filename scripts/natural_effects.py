@@ -6,6 +6,8 @@ The data come of the MuJoCo simulation and of physics that is written a second t
 (`hidden_effects.natural`, docs/truth/independent_bench.md); no cause's own code makes them. Of every
 cause there are forms that the diagnosis knows and forms that it does not (foreign). Half of the foreign ones
 are drawn with --purpose tune, the other half with --purpose judge: tune with the first, judge with the other.
+With --purpose tune_in_part or judge_in_part a single cause acts in part of the robot, the time, the level or
+the past (`hidden_effects.in_part`), in one draw of ten none does.
 
 -o DIR gets data/, answers/, found/, scores/ (one JSON per draw, with seed, commit, code, answer and
 seconds), table.txt and table.json. A stopped run goes on where it was, and with --scores FILE in a new
@@ -24,12 +26,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))  # where 
 from catheter_sim.errors import InputError
 from hidden_effects.natural import CHANGED, NOT_MADE, as_text, judging_code, miss_text, run_bench, summary
 from hidden_effects.options import draws_of, ended, keeping, parser_of
-from hidden_effects.planting import named_robots
+from hidden_effects.planting import IN_PART, PURPOSES, named_robots
 
 
 def main() -> int:
     """Run the bench; return the exit status: 1 where a line of the table is missed."""
-    parser = parser_of(__doc__, draws=45)
+    parser = parser_of(__doc__, draws=45, purposes=(*PURPOSES, *IN_PART))
     parser.add_argument("--make-only", action="store_true", help="make data and answers, diagnose nothing")
     options = parser.parse_args()
     root = Path(options.output)

@@ -60,9 +60,17 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def add_inputs(parser: argparse.ArgumentParser) -> None:
-    """Add --inputs and --gravity."""
-    parser.add_argument("--inputs", metavar="IN.csv", required=True, help="inputs over time")
-    add_gravity(parser)
+    """Add --inputs, --trial, --other-robot and --gravity."""
+    parser.add_argument(
+        "--inputs", metavar="IN.csv", required=True, help="inputs over time; a trial's own file; a data set"
+    )
+    parser.add_argument("--trial", metavar="NAME", help="trial of a data set: its file without the ending")
+    parser.add_argument("--other-robot", action="store_true", help="take a trial of another robot")
+    parser.add_argument(
+        "--gravity",
+        metavar="GX,GY,GZ",
+        help="in the base frame [m/s^2]; default: that of the trial's data set, else 0,0,0",
+    )
 
 
 def add_gravity(parser: argparse.ArgumentParser) -> None:

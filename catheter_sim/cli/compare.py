@@ -6,6 +6,7 @@ examples:
 
 Both files have time_s [s] and columns whose names end in their unit; each clock starts at its own first row.
 The second file is taken linearly between two of its rows. Differences are the second's minus the first's.
+Of a trial's own file, which a dataset.toml beside it lists, the measured columns are taken, as that says.
 """
 
 from __future__ import annotations
@@ -31,10 +32,12 @@ def run(options: argparse.Namespace) -> int:
         check_output_file(options.output)
         if not options.output.endswith((".png", ".pdf", ".svg")):
             raise InputError(f"{options.output}: choices: .png, .pdf, .svg")
+    from catheter_sim.diagnosis.recording import table_to_compare
     from catheter_sim.files import placed_when_whole
-    from catheter_sim.tables import compare_files
+    from catheter_sim.tables import compare_tables
 
-    comparison = compare_files(options.first, options.second, arguments.columns(options.columns))
+    first, second = table_to_compare(options.first), table_to_compare(options.second)
+    comparison = compare_tables(first, second, arguments.columns(options.columns))
     print(comparison.text())
     if options.output is not None:
         with placed_when_whole(options.output) as path:

@@ -13,14 +13,15 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.channels import check_output_channels, output_table, read_inputs
+from catheter_sim.channels import check_output_channels, output_table
 from catheter_sim.cli.arguments import columns, gravity
 from catheter_sim.core.inputs import Inputs, slice_inputs
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.recording import Recording, recording_of
 from catheter_sim.effects.apply import built_in, in_force
 from catheter_sim.errors import InputError
-from catheter_sim.tables import Table, read_table, time_text, write_table
+from catheter_sim.tables import Table, time_text, write_table
 
 _ROW = re.compile(r"row (\d+) \(time_s = [^)]*\)")  # as models and the simulation name a row of inputs
 
@@ -32,7 +33,7 @@ class DrivenRobot:
     Attributes:
         specified: the robot as the user wrote it, effects named: what `simulate` and static models take.
         robot: the same with the effects built in.
-        table: the file of inputs.
+        recording: the file of inputs, with what it holds of measured outputs.
         commanded: the inputs in it: what `simulate` and static models take.
         arriving: what reaches the robot of them, through the effects.
         gravity_mps2: in the base frame, shape (3,) [m/s^2].
@@ -41,11 +42,21 @@ class DrivenRobot:
 
     specified: RobotSpec
     robot: RobotSpec
-    table: Table
+    recording: Recording
     commanded: Inputs
     arriving: Inputs
     gravity_mps2: Array
     columns: Sequence[str] | None
+
+    @property
+    def table(self) -> Table:
+        """The rows of the file of inputs."""
+        return self.recording.measured
+
+    @property
+    def moved(self) -> bool:
+        """Whether the file is a trial in which the robot moved."""
+        return self.recording.conditions is not None and self.recording.conditions[1]
 
 
 def load(reference: str, settings: Sequence[str]) -> tuple[RobotSpec, RobotSpec]:
@@ -59,24 +70,28 @@ def load(reference: str, settings: Sequence[str]) -> tuple[RobotSpec, RobotSpec]
 
 
 def drive(options: argparse.Namespace) -> DrivenRobot:
-    """Return what the arguments ROBOT, --set, --inputs, --gravity and --columns name.
+    """Return what the arguments ROBOT, --set, --inputs, --trial, --gravity and --columns name.
 
     Raises:
         InputError: any of them is wrong.
     """
     specified = load_robot(options.robot, options.settings, "--set")
-    gravity_mps2 = np.array(gravity(options.gravity))
     names = columns(getattr(options, "columns", None))
     if names is not None:
         check_output_channels(specified, names, "--columns")
-    table = read_table(options.inputs)
-    commanded = read_inputs(specified, table)
-    acting = in_force(specified, commanded, options.robot)
+    recording = recording_of(specified, options.inputs, options.trial, options.other_robot)
+    if options.gravity is not None:
+        gravity_mps2 = np.array(gravity(options.gravity))
+    else:
+        gravity_mps2 = np.zeros(3) if recording.conditions is None else recording.conditions[0]
+    if recording.said:
+        print(recording.said)
+    acting = in_force(specified, recording.inputs, options.robot)
     return DrivenRobot(
         specified=acting.specified,
         robot=acting.robot,
-        table=table,
-        commanded=commanded,
+        recording=recording,
+        commanded=recording.inputs,
         arriving=acting.inputs,
         gravity_mps2=gravity_mps2,
         columns=names,
@@ -149,8 +164,9 @@ def warn_of_limits(driven: DrivenRobot) -> None:
 
 
 def outputs(driven: DrivenRobot, postures: Sequence[Posture]) -> Table:
-    """Return the output columns of `postures`, the first rows of the drive as they are observed."""
-    return output_table(driven.specified, driven.table.time_s, postures, driven.columns)
+    """Return the output columns of `postures`, the first rows of the drive, beside what was measured."""
+    found = output_table(driven.specified, driven.table.time_s, postures, driven.columns)
+    return driven.recording.beside(found)
 
 
 def write_outputs(driven: DrivenRobot, postures: Sequence[Posture], path: str) -> None:

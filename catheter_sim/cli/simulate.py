@@ -17,7 +17,10 @@ outputs: time_s and tip [mm], tip_qw.. (quaternion), body_<k> [mm], marker_<name
 tension_<tendon> [N]; `catheter-sim list ROBOT` shows the inputs and outputs of a robot.
 settings: --set KEY=VALUE with the dotted keys of the robot's .toml form, or of an effect:
 effects.tendon_friction.mu=0.1. A simulation that diverges leaves the rows before it. An input beyond what
-the robot can follow gets a warning on standard error, one for each channel.
+the robot can follow gets a warning on standard error.
+measured trials: --inputs takes a trial's own file, or a data set's folder with --trial NAME. Columns, gravity
+and motion are those of the dataset.toml that lists it. What was measured is written as measured_<column>, the
+computed value minus it as error_<column>. So are output columns of a file that belongs to no data set.
 """
 
 from __future__ import annotations
@@ -57,15 +60,17 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.simulation.replay import simulate
 
     driven = drive(options)
-    if options.dynamic:
+    dynamic = options.dynamic or driven.moved
+    if dynamic:
         clock, most = driven.table.time_s, options.most_steps or MOST_STEPS
-        require_steps(driven.robot, clock, most, driven.table.where, "with --dynamic", "--most-steps")
+        said = "with --dynamic" if options.dynamic else "in motion"
+        require_steps(driven.robot, clock, most, driven.table.where, said, "--most-steps")
     with lines_named(driven.table):
         result = simulate(
             driven.specified,
             driven.commanded,
             driven.gravity_mps2,
-            dynamic=options.dynamic,
+            dynamic=dynamic,
             progress=True,
         )
     warn_of_limits(driven)

@@ -132,8 +132,8 @@ _OPTIONAL: Mapping[str, tuple[str, ...]] = {"conditions": ("motion", "warm_up_s"
 _OPTIONAL_TABLES = ("calibration", "map")
 
 
-def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
-    """Return the data set in `folder`, checked.
+def load_dataset(folder: str | os.PathLike[str], robot: RobotSpec | None = None) -> Dataset:
+    """Return the data set in `folder`, checked; of `robot` in the place of its own, if there is one.
 
     Raises:
         InputError: anything in `dataset.toml`, the robot or a CSV file is missing, unknown, of the
@@ -147,7 +147,7 @@ def load_dataset(folder: str | os.PathLike[str]) -> Dataset:
     check_keys(document, str(path))
     head = document["dataset"]
     name, reference, source, licence = texts_of(head, str(path))
-    robot = load_robot(str(root / reference) if reference.endswith(FILES) else reference)
+    robot = robot or load_robot(str(root / reference) if reference.endswith(FILES) else reference)
     gravity = gravity_of(document["conditions"]["gravity_mps2"], f"{path}: conditions.gravity_mps2")
     conditions = document["conditions"]
     motion = motion_named(conditions.get("motion", HELD.name), f"{path}: conditions.motion")

@@ -364,6 +364,8 @@ def inputs(robot: RobotSpec | str | os.PathLike[str], table: Any) -> Inputs:
 def read_inputs(robot: RobotSpec | str | os.PathLike[str], path: str | os.PathLike[str]) -> Inputs:
     """Return what drives `robot`, from a CSV file with `time_s` and the robot's channels.
 
+    A trial's own file is read as the `dataset.toml` beside it says. Output columns are passed over.
+
     Raises:
         InputError: the file cannot be read, or as for `inputs`; the message names the line.
 
@@ -374,10 +376,9 @@ def read_inputs(robot: RobotSpec | str | os.PathLike[str], path: str | os.PathLi
         >>> len(cs.read_inputs("neuroendoscope_section", "in.csv"))
         2
     """
-    from catheter_sim.channels import read_inputs as read
-    from catheter_sim.tables import read_table
+    from catheter_sim.diagnosis.recording import recording_of
 
-    return read(robot_of(robot), read_table(path_of(path, "inputs")))
+    return recording_of(robot_of(robot), path_of(path, "inputs"), other_robot=True).inputs
 
 
 def inputs_of(robot: RobotSpec, given: Any) -> Inputs:

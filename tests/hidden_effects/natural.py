@@ -34,7 +34,8 @@ from catheter_sim.lab.engine import (
     rms,
     simulated,
 )
-from catheter_sim.lab.forms import BY_KEY, CAUSES, FORMS, OUTSIDE
+from catheter_sim.lab.forms import BY_KEY as LISTED
+from catheter_sim.lab.forms import CAUSES, FORMS, OUTSIDE
 from catheter_sim.lab.robots import BENCH_ROBOTS
 from catheter_sim.lab.simulated import Sized, sized
 from catheter_sim.lab.specimen import (
@@ -47,7 +48,16 @@ from catheter_sim.lab.specimen import (
 )
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
-from hidden_effects.planting import clean_outputs, drawn_form, drawn_kind, in_order, outside_for, separate
+from hidden_effects import in_part
+from hidden_effects.planting import (
+    IN_PART,
+    clean_outputs,
+    drawn_form,
+    drawn_kind,
+    in_order,
+    outside_for,
+    separate,
+)
 from hidden_effects.running import (
     ANSWER,
     Diagnose,
@@ -64,6 +74,7 @@ from hidden_effects.running import (
 # ----------------------------------------------------------------------------------------------------
 # Which code made a draw, and which diagnosed it: draws of other code do not count.
 
+BY_KEY = {**LISTED, **{form.key: form for form in in_part.FORMS}}
 PACKAGE = Path(catheter_sim.__file__).parent
 BENCH = Path(__file__).parent
 # What data are made by: the bench, robots and their simulation, and how files are written.
@@ -116,7 +127,7 @@ def code_of(
 
 def making_code(*more: str) -> str:
     """Return the digest of what makes data; `more`: further files of the benches that do."""
-    return code_of(_MAKERS, _NOT_SIMULATED, ("natural.py", "running.py", *more))
+    return code_of(_MAKERS, _NOT_SIMULATED, ("natural.py", "in_part.py", "planting.py", "running.py", *more))
 
 
 def judging_code(comparing: bool = False) -> str:
@@ -156,9 +167,10 @@ def commit() -> str:
 
 # Of 45 draws; of 450, so: 150, 200, 60 and 40.
 STORIES = ("none",) * 15 + ("single",) * 20 + ("pair",) * 6 + ("outside",) * 4
+STORIES_IN_PART = ("none",) + ("single",) * 9
 FOREIGN_SHARE = 0.4  # share of the effects that have a foreign form, where a cause has one
 # Tuning never sees what judging draws: the purpose is part of every key.
-_PURPOSE = {"tune": 0, "judge": 1}
+_PURPOSE = {"tune": 0, "judge": 1, "tune_in_part": 2, "judge_in_part": 3}
 _STORY, _ROBOT, _CONTENT = 11, 12, 13
 
 
@@ -177,7 +189,7 @@ def dealt(kind: int, purpose: str, seed: int, index: int, values: Sequence[str])
 
 def story_of(purpose: str, seed: int, index: int) -> str:
     """Return which kind of story a draw tells."""
-    return dealt(_STORY, purpose, seed, index, STORIES)
+    return dealt(_STORY, purpose, seed, index, STORIES_IN_PART if purpose in IN_PART else STORIES)
 
 
 def robot_of(purpose: str, seed: int, index: int, names: Sequence[str] = tuple(BENCH_ROBOTS)) -> str:

@@ -21,8 +21,10 @@ from hidden_effects.planting import PURPOSES
 from hidden_effects.running import Folders, write_json
 
 
-def parser_of(description: str | None, draws: int) -> argparse.ArgumentParser:
-    """Return the options of a bench that makes `draws` draws by default."""
+def parser_of(
+    description: str | None, draws: int, purposes: Sequence[str] = PURPOSES
+) -> argparse.ArgumentParser:
+    """Return the options of a bench that makes `draws` draws by default, for one of `purposes`."""
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -31,7 +33,7 @@ def parser_of(description: str | None, draws: int) -> argparse.ArgumentParser:
         "--only", type=whole_numbers, help="numbers of draws, comma-separated, from 0; instead of --draws"
     )
     parser.add_argument("--seed", type=whole_number(0, 2**31), default=1, help="default 1")
-    parser.add_argument("--purpose", choices=PURPOSES, default="tune", help="default tune")
+    parser.add_argument("--purpose", choices=purposes, default="tune", help="default tune")
     cores = os.cpu_count() or 1
     parser.add_argument(
         "--jobs", type=whole_number(1, 256), default=cores, help="draws at a time; default all cores"

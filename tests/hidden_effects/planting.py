@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -23,11 +23,14 @@ from catheter_sim.lab.forms import CAUSES, FORMS, OUTSIDE
 from catheter_sim.lab.robots import BENCH_ROBOTS
 from catheter_sim.lab.simulated import Sized
 from catheter_sim.lab.specimen import KINDS, Specimen
+from hidden_effects import in_part
 
 SEPARATE = 1.0  # times the noise: what one of a pair leaves at least when the other's forms have taken theirs
 _NO_SCALE = Scale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 
 PURPOSES = ("tune", "judge")
+IN_PART: Mapping[str, str] = {"tune_in_part": "tune", "judge_in_part": "judge"}
+"""Purposes of draws whose causes act in part only (`in_part`), with whose parts they are."""
 
 
 def named_robots(text: str | None, where: str) -> tuple[str, ...]:
@@ -92,11 +95,17 @@ def drawn_form(
 
     Args:
         specimen: the robot.
-        purpose: of the draw.
+        purpose: of the draw; in part, the form is one of `in_part`.
         share_foreign: of the forms that the diagnosis does not know, where a cause has such.
         generator: draws it.
         before: forms that are planted already. None is returned where one of these says the same.
     """
+    if purpose in IN_PART:
+        parts = [form for form in in_part.FORMS if form.purpose == IN_PART[purpose]]
+        causes = sorted({form.cause for form in parts})
+        cause = causes[int(generator.integers(len(causes)))]
+        parts = [form for form in parts if form.cause == cause and form.applies(specimen)]
+        return parts[int(generator.integers(len(parts)))] if parts else None
     cause = CAUSES[int(generator.integers(len(CAUSES)))]
     foreign = bool(generator.random() < share_foreign)
     own = [form for form in forms_for(purpose, cause) if form.applies(specimen)]

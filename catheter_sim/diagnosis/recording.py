@@ -1,0 +1,126 @@
+"""A measured trial as a file of inputs: its own CSV file, by the `dataset.toml` beside it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from catheter_sim.catalogue import read_toml
+from catheter_sim.channels import output_channels, read_inputs
+from catheter_sim.core.inputs import Inputs
+from catheter_sim.core.robot import RobotSpec
+from catheter_sim.diagnosis.dataset import load_dataset
+from catheter_sim.diagnosis.trials import known_inputs
+from catheter_sim.errors import InputError, unknown
+from catheter_sim.tables import Table, read_table
+
+DATASET = "dataset.toml"
+MEASURED, ERROR = "measured_", "error_"  # before the names of columns that are written
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Inputs from a file, with what was measured beside them.
+
+    Attributes:
+        inputs: what the robot was commanded.
+        measured: rows of the file with its measured columns, which may be none; NaN is missing.
+        conditions: the data set's gravity, shape (3,) [m/s^2], and whether the robot moved; None: the file
+            belongs to no data set.
+        said: one line on what was taken from a data set, "" for nothing.
+    """
+
+    inputs: Inputs
+    measured: Table
+    conditions: tuple[np.ndarray, bool] | None = None
+    said: str = ""
+
+    def beside(self, computed: Table) -> Table:
+        """Return `computed` with the measured columns that it has, and computed minus measured."""
+        rows = len(computed.time_s)
+        columns = dict(computed.columns)
+        for name, values in self.measured.columns.items():
+            if name in computed.columns:
+                columns[MEASURED + name] = values[:rows]
+                columns[ERROR + name] = computed.columns[name] - values[:rows]
+        return replace(computed, columns=columns)
+
+
+def recording_of(
+    robot: RobotSpec, path: str | os.PathLike[str], trial: str | None = None, other_robot: bool = False
+) -> Recording:
+    """Return the inputs in a file, and what it holds of measured outputs.
+
+    Args:
+        robot: what is driven.
+        path: a CSV file of inputs, a trial's own file, or a data set's folder.
+        trial: of a folder, the trial's file without its ending.
+        other_robot: take a trial of another robot.
+
+    Raises:
+        InputError: no such trial, a trial of another robot, or a file that cannot be read as it must be.
+    """
+    place = Path(path)
+    if place.is_dir():
+        return _of_trial(robot, place, _named(place, trial), other_robot)
+    if trial is not None:
+        raise InputError(f"--trial {trial}: {place} is a file; --trial chooses a trial of a folder")
+    if place.parent.joinpath(DATASET).is_file() and place.name in _files(place.parent):
+        return _of_trial(robot, place.parent, place.name, other_robot)
+    return _of_table(robot, read_table(place))
+
+
+def table_to_compare(path: str | os.PathLike[str]) -> Table:
+    """Return the columns of a CSV file; of a trial's own file what was measured, as its data set says."""
+    place = Path(path)
+    if place.parent.joinpath(DATASET).is_file() and place.name in _files(place.parent):
+        data = load_dataset(place.parent)
+        return next(item.outputs for item in data.trials if item.file == place.name)
+    return read_table(place)
+
+
+def _files(folder: Path) -> list[str]:
+    """Return the files of a data set's trials."""
+    entries = read_toml(folder / DATASET).get("trials", [])
+    return [str(item["file"]) for item in entries if isinstance(item, dict) and "file" in item]
+
+
+def _named(folder: Path, trial: str | None) -> str:
+    if not (folder / DATASET).is_file():
+        raise InputError(f"{folder}: a folder without {DATASET}; give a CSV file or a data set's folder")
+    files = {Path(file).stem: file for file in _files(folder)}
+    if trial is None:
+        raise InputError(f"{folder}: --trial is needed; choices: {', '.join(files)}")
+    if trial not in files:
+        raise unknown("trial", trial, files, str(folder))
+    return files[trial]
+
+
+def _of_trial(robot: RobotSpec, folder: Path, file: str, other_robot: bool) -> Recording:
+    own = load_dataset(folder)
+    if own.robot.name != robot.name and not other_robot:
+        place = folder / own.robot_reference
+        raise InputError(
+            f"{folder / file}: measured on {own.robot.name}, not on {robot.name}; "
+            f"give {place if place.is_file() else own.robot_reference}, or --other-robot to take it"
+        )
+    data = own if own.robot == robot else load_dataset(folder, robot)
+    found = next(item for item in data.trials if item.file == file)
+    x, y, z = data.gravity_mps2
+    said = (
+        f"{folder / file}: a trial of {data.name!r}: {data.motion.name}, gravity {x:g},{y:g},{z:g} m/s^2, "
+        f"columns as {DATASET} says"
+    )
+    return Recording(found.inputs, found.outputs, (data.gravity_mps2, data.motion.moving), said)
+
+
+def _of_table(robot: RobotSpec, table: Table) -> Recording:
+    """Return a file's inputs; columns that the robot has as outputs are what was measured."""
+    inputs = known_inputs(robot)
+    outputs = [name for name in output_channels(robot) if name in table.columns and name not in inputs]
+    measured = replace(table, columns={name: table.columns[name] for name in outputs})
+    commanded = {name: values for name, values in table.columns.items() if name not in outputs}
+    return Recording(read_inputs(robot, replace(table, columns=commanded)), measured)
