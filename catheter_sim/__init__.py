@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         diagnose_model,
     )
     from catheter_sim.public.laboratories import Export, FoundOut, Laboratory, export, laboratory
+    from catheter_sim.public.live import View, view
     from catheter_sim.public.planning import (
         InverseKinematics,
         ModelChoice,
@@ -80,6 +81,7 @@ _HOME = {
         "export",
         "laboratory",
     ),
+    "catheter_sim.public.live": ("View", "view"),
     "catheter_sim.public.planning": (
         "InverseKinematics",
         "ModelChoice",
@@ -124,6 +126,7 @@ __all__ = [
     "Sensing",
     "SimulationDiverged",
     "Simulator",
+    "View",
     "Workspace",
     "attach",
     "build",
@@ -151,6 +154,7 @@ __all__ = [
     "statics",
     "step_together",
     "to_pymjcf",
+    "view",
     "which_model",
     "workspace",
 ]

@@ -221,6 +221,15 @@ def show(
         sleep(max(0.0, steps * timestep - (clock() - start)))
 
 
+def no_screen() -> bool:
+    """Return whether no window can be opened."""
+    try:
+        require_screen()
+    except InputError:
+        return True
+    return False
+
+
 def require_screen() -> None:
     """Raise `InputError` where no window can be opened."""
     if platform.system() == "Linux" and not any(os.environ.get(name) for name in _SCREEN_VARIABLES):

@@ -22,6 +22,7 @@ class Drawn(Protocol):
         """Return its figure."""
 
 
+_VECTORS = ("--gravity", "--look-at")
 _SETTING = re.compile(r"[A-Za-z_][\w.]*=")
 
 
@@ -39,8 +40,8 @@ def split_settings(argv: Sequence[str]) -> list[str]:
             words.append(f"--set={waiting.pop(0)}")
             while waiting and _SETTING.match(waiting[0]):
                 words.append(f"--set={waiting.pop(0)}")
-        elif word == "--gravity" and waiting and not waiting[0].startswith("--"):
-            words.append(f"--gravity={waiting.pop(0)}")
+        elif word in _VECTORS and waiting and not waiting[0].startswith("--"):
+            words.append(f"{word}={waiting.pop(0)}")
         else:
             words.append(word)
     return words
@@ -59,10 +60,13 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_inputs(parser: argparse.ArgumentParser) -> None:
+def add_inputs(parser: argparse.ArgumentParser, required: bool = True) -> None:
     """Add --inputs, --trial, --other-robot and --gravity."""
     parser.add_argument(
-        "--inputs", metavar="IN.csv", required=True, help="inputs over time; a trial's own file; a data set"
+        "--inputs",
+        metavar="IN.csv",
+        required=required,
+        help="inputs over time; a trial's own file; a data set",
     )
     parser.add_argument("--trial", metavar="NAME", help="trial of a data set: its file without the ending")
     parser.add_argument("--other-robot", action="store_true", help="take a trial of another robot")
@@ -163,7 +167,12 @@ def write_plot(drawn: Drawn, path: str | None) -> None:
 
 
 def gravity(text: str) -> tuple[float, float, float]:
-    """Return the vector [m/s^2] that `--gravity` states.
+    """Return the vector [m/s^2] that `--gravity` states, as `vector`."""
+    return vector(text, "--gravity", "m/s^2", "gx,gy,gz")
+
+
+def vector(text: str, option: str, unit: str, names: str = "x,y,z") -> tuple[float, float, float]:
+    """Return the vector that an option states.
 
     Raises:
         InputError: not three finite numbers.
@@ -171,9 +180,9 @@ def gravity(text: str) -> tuple[float, float, float]:
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--gravity {text}: three numbers gx,gy,gz in m/s^2 are needed") from None
+        raise InputError(f"{option} {text}: three numbers {names} in {unit} are needed") from None
     if not all(math.isfinite(part) for part in (x, y, z)):
-        raise InputError(f"--gravity {text}: three finite numbers in m/s^2 are needed")
+        raise InputError(f"{option} {text}: three finite numbers in {unit} are needed")
     return x, y, z
 
 

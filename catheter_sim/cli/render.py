@@ -10,9 +10,11 @@ example:
 The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves; the
 picture shows its last row, or the robot at --row or --time, after all rows before it, or several
 --rows in one. Between two rows the inputs lie on the line from one to the other. Tendons are
-coloured by their tension along their length.
+coloured by their tension along their length. Measured points in the file of inputs are shown as
+blue balls.
 Inputs, units and settings are those of `catheter-sim simulate`. Width and height are in pixels.
-cameras: overview (default), side (along +y, onto the bending plane).
+cameras: overview (default: from above, onto the plane in which the robot bends most), side (along +y). Or
+give the looking direction by --azimuth and --elevation.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from catheter_sim.cli import arguments
 from catheter_sim.files import check_output_file
 
 CAMERAS = ("overview", "side")
+_UPRIGHT_DEG = 90.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,6 +48,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--curves", action="store_true", help="the inputs' curves beside the video")
     parser.add_argument("--camera", choices=CAMERAS, default=CAMERAS[0], help="where to look from")
+    parser.add_argument(
+        "--azimuth", metavar="DEG", type=arguments.number, help="of the looking direction; 90: along +y"
+    )
+    parser.add_argument(
+        "--elevation", metavar="DEG", type=_elevation, help="of the looking direction; below 0: downwards"
+    )
+    parser.add_argument(
+        "--zoom", metavar="K", type=arguments.positive, default=1.0, help="larger by this factor; default 1"
+    )
+    parser.add_argument("--look-at", metavar="X,Y,Z", help="point in the picture's middle [mm]")
+    parser.add_argument("--transparent", action="store_true", help="nothing behind the robot, in a picture")
+    parser.add_argument("--no-legend", action="store_true", help="the robot alone: no scale, colours, inputs")
 
 
 def _row_numbers(text: str) -> tuple[int, ...]:
@@ -53,13 +68,20 @@ def _row_numbers(text: str) -> tuple[int, ...]:
     return tuple(number(part.strip()) for part in text.split(","))
 
 
+def _elevation(text: str) -> float:
+    value = arguments.number(text)
+    if abs(value) >= _UPRIGHT_DEG:
+        raise argparse.ArgumentTypeError(f"{text!r}: an angle between -90 and 90 is needed")
+    return value
+
+
 def run(options: argparse.Namespace) -> int:
     """Simulate and render."""
     check_output_file(options.output)
     from catheter_sim.cli.driven import drive, inputs_until, lines_named
     from catheter_sim.errors import InputError
     from catheter_sim.pictures.images import PICTURE, suffix_of
-    from catheter_sim.pictures.offscreen import render
+    from catheter_sim.pictures.offscreen import Look, render
 
     several = options.rows or ()
     picture = suffix_of(options.output) == PICTURE
@@ -79,10 +101,19 @@ def run(options: argparse.Namespace) -> int:
             options.output,
             options.width,
             options.height,
-            options.camera,
+            Look(
+                options.camera,
+                options.azimuth,
+                options.elevation,
+                options.zoom,
+                None if options.look_at is None else arguments.vector(options.look_at, "--look-at", "mm"),
+                options.transparent,
+                not options.no_legend,
+            ),
             progress=True,
             rows=[row - 1 for row in several],
             curves=options.curves,
+            points=driven.recording.points_at(shown.time_s),
         )
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")
     return 0

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from catheter_sim.arrays import Array
 from catheter_sim.catalogue import read_toml
 from catheter_sim.channels import output_channels, read_inputs
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.trials import known_inputs
+from catheter_sim.diagnosis.trials import known_inputs, points_of
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import Table, read_table
 
@@ -35,7 +36,7 @@ class Recording:
 
     inputs: Inputs
     measured: Table
-    conditions: tuple[np.ndarray, bool] | None = None
+    conditions: tuple[Array, bool] | None = None
     said: str = ""
 
     def beside(self, computed: Table) -> Table:
@@ -47,6 +48,20 @@ class Recording:
                 columns[MEASURED + name] = values[:rows]
                 columns[ERROR + name] = computed.columns[name] - values[:rows]
         return replace(computed, columns=columns)
+
+    def points_at(self, time_s: Array) -> Array | None:
+        """Return where points were measured, shape (r, k, 3) [m]; None where none was.
+
+        `time_s`, shape (r,), is the inputs' own. NaN is missing; an axis that was not measured is 0.
+        """
+        columns = self.measured.columns
+        places = points_of(tuple(columns))
+        found = np.zeros((len(time_s), len(places), 3))
+        for index, (name, axes) in enumerate(places.items()):
+            for axis in axes:
+                values = 1e-3 * columns[f"{name}_{axis}_mm"]
+                found[:, index, "xyz".index(axis)] = np.interp(time_s, self.inputs.time_s, values)
+        return found if places else None
 
 
 def recording_of(

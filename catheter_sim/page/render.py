@@ -7,11 +7,13 @@ shrink to the width there is.
 from __future__ import annotations
 
 import base64
+import json
 from collections.abc import Callable, Mapping
 from importlib import resources
 from typing import Any
 
 from jinja2 import DictLoader, Environment, StrictUndefined
+from markupsafe import Markup
 
 _SHARED = ("page.html", "parts.html")
 
@@ -43,6 +45,19 @@ def rendered(
     )
     environment.filters.update(filters or {})
     return environment.get_template(template).render(context).strip() + "\n"
+
+
+def script(*files: str) -> Markup:
+    """Return scripts of this folder, one after the other, as they stand in a page."""
+    texts = (
+        resources.files("catheter_sim.page").joinpath(name).read_text(encoding="utf-8") for name in files
+    )
+    return Markup("\n".join(texts))
+
+
+def json_in_page(value: Any) -> Markup:
+    """Return a value as JSON that may stand between the tags of a script: it closes none."""
+    return Markup(json.dumps(value).replace("<", "\\u003c"))
 
 
 def png_source(png: bytes) -> str:

@@ -217,6 +217,7 @@ def project(matrix: Array, points: Array) -> Array:
 # Tendons in the colours of their tension, stretch by stretch: friction shows as it falls along them.
 
 TENSION_COLOURS = ((0.45, 0.50, 0.58), (0.98, 0.78, 0.10), (0.82, 0.05, 0.08))  # slack, half, full
+MEASURED = np.array([0.0, 0.45, 0.70, 1.0], np.float32)  # blue: no tension has it
 _WIDER = 1.6  # what is drawn over a tendon's own drawing
 
 
@@ -304,6 +305,17 @@ def paint_tendons(
             mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
             mujoco.mjv_connector(geom, capsule, width, path[k], path[k + 1])
             scene.ngeom += 1
+
+
+def paint_points(scene: mujoco.MjvScene, points: Array, radius_m: float) -> None:
+    """Add measured points, shape (k, 3) [m], to `scene` as balls, as far as it has room; NaN is missing."""
+    for point in points[np.isfinite(points).all(axis=1)]:
+        if scene.ngeom >= scene.maxgeom:
+            return
+        sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+        size = np.full(3, radius_m)
+        mujoco.mjv_initGeom(scene.geoms[scene.ngeom], sphere, size, point, np.eye(3).ravel(), MEASURED)
+        scene.ngeom += 1
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import mujoco
@@ -31,6 +31,7 @@ from catheter_sim.pictures.images import (
     caption_size,
     legend_size,
     open_renderer,
+    paint_points,
     paint_tendons,
     project,
     projection_matrix,
@@ -69,11 +70,13 @@ class DrawnState:
         qpos: joint positions, shape (nq,).
         moved: fields of the model by their names, shapes (..., 3) [m].
         tension: in every stretch of each pulled tendon [N], where the tendons are to be painted by it.
+        points: measured beside it, shape (k, 3) [m]; NaN is missing. None: no measurement is shown.
     """
 
     qpos: Array
     moved: Mapping[str, Array]
     tension: tuple[Array, ...] = ()
+    points: Array | None = None
 
 
 def state_of(
@@ -138,6 +141,8 @@ def swept_points(model: mujoco.MjModel, states: Iterable[DrawnState]) -> Array:
         for side in product((-1.0, 1.0), repeat=3):
             corner = middle + half * side
             clouds.append(data.geom_xpos[shown] + (turned @ corner[:, :, np.newaxis])[:, :, 0])
+        if state.points is not None:
+            clouds.append(state.points[np.isfinite(state.points).all(axis=1)])
     return np.concatenate(clouds)
 
 
@@ -202,8 +207,78 @@ def emptiest_corner(
 # ----------------------------------------------------------------------------------------------------
 # Pictures of a robot in given states, from one place that holds them all, with what they are read by.
 
+CAMERAS = ("overview", "side")
+_STRAIGHT = 0.01  # of the length: a robot that leaves its axis by less bends in no plane
+_ROUND = 0.5  # second extent of the motion across the axis over the first: above it, it has no plane
+
+
+@dataclass(frozen=True)
+class Look:
+    """From where a robot is drawn, and what stands beside it.
+
+    Angles and zoom are MuJoCo's: azimuth 90 looks along +y, a negative elevation looks down.
+
+    Attributes:
+        camera: one of `CAMERAS`. "side" looks along +y; "overview" from above onto the plane in which the
+            robot bends most.
+        azimuth_deg, elevation_deg: of the looking direction; None: the camera's.
+        zoom: how much larger than when the robot fills the picture.
+        look_at_mm: the point in the picture's middle, base frame; None: the middle of the robot.
+        transparent: nothing is drawn behind the robot.
+        legend: scale, axes, colours and caption are drawn.
+    """
+
+    camera: str = CAMERAS[0]
+    azimuth_deg: float | None = None
+    elevation_deg: float | None = None
+    zoom: float = 1.0
+    look_at_mm: tuple[float, float, float] | None = None
+    transparent: bool = False
+    legend: bool = True
+
+
+def bending_azimuth(model: mujoco.MjModel, states: Iterable[DrawnState]) -> float:
+    """Return the angle about z from the xz plane to the plane in which a robot bends most [rad].
+
+    It lies within a quarter turn of 0, which it is for a robot that bends in no plane more than in others.
+    The model is left in the last state.
+    """
+    data, places = mujoco.MjData(model), []
+    for state in states:
+        put(state, model, data)
+        places.append(data.xpos[1:].copy())
+    away = np.concatenate(places)
+    across = away[:, :2]
+    turned, size, _ = np.linalg.svd(across.T, full_matrices=False)
+    if np.abs(across).max() < _STRAIGHT * np.ptp(away[:, 2]) or size[1] > _ROUND * size[0]:
+        return 0.0
+    x, y = turned[:, 0] if turned[0, 0] >= 0.0 else -turned[:, 0]
+    return math.atan2(y, x)
+
+
+def looked_from(view: View, look: Look, plane: float) -> View:
+    """Return a view in the direction that is asked for; `plane` as of `bending_azimuth`."""
+    x, y, z = view.backward
+    azimuth, elevation = math.degrees(math.atan2(-y, -x)), math.degrees(math.asin(-z))
+    if look.camera == CAMERAS[0]:
+        azimuth += math.degrees(plane)
+    azimuth = math.radians(azimuth if look.azimuth_deg is None else look.azimuth_deg)
+    elevation = math.radians(elevation if look.elevation_deg is None else look.elevation_deg)
+    forward = np.array([math.cos(azimuth), math.sin(azimuth), 0.0]) * math.cos(elevation)
+    forward[2] = math.sin(elevation)
+    return replace(view, backward=-forward)
+
+
+def zoomed(view: View, look: Look) -> View:
+    """Return a view that is zoomed and turned to a point, as is asked for."""
+    target = view.target if look.look_at_mm is None else 1e-3 * np.array(look.look_at_mm)
+    return replace(view, target=target, height=view.height / look.zoom)
+
+
 _INSET = 0.42  # side of the close-up over the picture's height
 _LEAST_TENSION_N = 1e-6  # less is no tension to paint
+_NOTHING = 0.99  # of the largest distance that is drawn: what is farther is none
+_POINT = 0.009  # radius of a measured point over the height that is seen
 
 Corner = tuple[int, int]
 
@@ -217,7 +292,7 @@ class _Layout:
     full_N: float
     inset: Corner | None
     side: int
-    caption: Corner
+    caption: Corner | None
     legend: Corner | None
     scale: Corner | None
 
@@ -229,16 +304,15 @@ def draw(
     captions: Sequence[Sequence[str]],
     width: int,
     height: int,
-    camera: str = "overview",
+    look: Look = Look(),
     close_up: bool = True,
-    measures: bool = True,
 ) -> Iterator[Picture]:
     """Yield one picture for each of `states`, all from one place that holds them all.
 
     The model is left in the last state. Tendons are painted where the states have tensions. `close_up` shows
-    the cells at the base; `measures` a scale bar, the base frame's axes, and what the colours mean.
+    the cells at the base, beside what `look` asks for.
     """
-    layout = _layout(robot, model, states, captions[-1], (width, height), camera, close_up, measures)
+    layout = _layout(robot, model, states, captions[-1], (width, height), look, close_up)
     detail = next(view for view in views(robot) if view.name == "detail")
     data = mujoco.MjData(model)
     with ExitStack() as opened:
@@ -253,7 +327,8 @@ def draw(
             if small is not None and layout.inset is not None:
                 _set_scene(small, detail, layout, state, model, data)
                 image = with_inset(image, small.render(), layout.inset)
-            yield with_caption(_with_measures(image, layout), lines, layout.caption)
+            finished = _finished(image, layout, lines)
+            yield with_alpha(finished, image, large) if look.transparent else finished
 
 
 def draw_together(
@@ -264,13 +339,13 @@ def draw_together(
     caption: Sequence[str],
     width: int,
     height: int,
-    camera: str = "overview",
+    look: Look = Look(),
 ) -> Picture:
     """Return one picture of all `states`, the last in full colours, each with its label at its tip.
 
     Arguments are those of `draw`; `caption` is the picture's.
     """
-    layout = _layout(robot, model, states, caption, (width, height), camera, False, True)
+    layout = _layout(robot, model, states, caption, (width, height), look, False)
     matrix = projection_matrix(_pinhole(layout.view, width, height))
     data = mujoco.MjData(model)
     images, depths, tips = [], [], []
@@ -283,7 +358,7 @@ def draw_together(
             depths.append(renderer.render().copy())
             renderer.disable_depth_rendering()
             tips.append(data.site(TIP).xpos.copy())
-    image = with_caption(_with_measures(overlaid(images, depths), layout), caption, layout.caption)
+    image = _finished(overlaid(images, depths), layout, caption)
     return with_words(image, labels, project(matrix, np.array(tips)))
 
 
@@ -293,14 +368,15 @@ def _layout(
     states: Sequence[DrawnState],
     caption: Sequence[str],
     size: tuple[int, int],
-    camera: str,
+    look: Look,
     close_up: bool,
-    measures: bool,
 ) -> _Layout:
     """Return where to look from, and the emptiest corners, the largest things first."""
     width, height = size
     points = swept_points(model, states)
-    view = fitted_view(next(item for item in views(robot) if item.name == camera), points, width, height)
+    own = next(item for item in views(robot) if item.name == look.camera)
+    plane = bending_azimuth(model, states) if look.camera == CAMERAS[0] else 0.0
+    view = zoomed(fitted_view(looked_from(own, look, plane), points, width, height), look)
     full = max((float(row.max()) for state in states for row in state.tension), default=0.0)
     taken: list[Corner] = []
 
@@ -311,19 +387,35 @@ def _layout(
         return taken[-1]
 
     side = max(SMALLEST_SIDE, round(_INSET * min(width, height)))
-    inset = free(close_up, (side, side))
-    text = free(True, caption_size(caption, height)) or (0, 0)
-    legend = free(measures and full > _LEAST_TENSION_N, legend_size(height))
-    scale = free(measures, scale_size(height))
+    inset = free(close_up and look.legend, (side, side))
+    text = free(look.legend, caption_size(caption, height))
+    legend = free(look.legend and full > _LEAST_TENSION_N, legend_size(height))
+    scale = free(look.legend, scale_size(height))
     return _Layout(view, pulled_tendons(model, robot), full, inset, side, text, legend, scale)
 
 
-def _with_measures(image: Picture, layout: _Layout) -> Picture:
+def _finished(image: Picture, layout: _Layout, caption: Sequence[str]) -> Picture:
+    """Return a picture with what stands beside the robot."""
     if layout.scale is not None:
         image = with_scale(image, layout.view, layout.scale)
     if layout.legend is not None:
         image = with_tension_legend(image, layout.full_N, layout.legend)
-    return image
+    return image if layout.caption is None else with_caption(image, caption, layout.caption)
+
+
+def with_alpha(finished: Picture, drawn: Picture, renderer: mujoco.Renderer) -> Picture:
+    """Return a picture, shape (height, width, 4), that is clear where neither the robot nor a word is.
+
+    `drawn`: as it was before anything was written on it; `renderer`: holds its scene.
+    """
+    farthest = float(renderer.model.vis.map.zfar * renderer.model.stat.extent)
+    renderer.enable_depth_rendering()
+    try:
+        robot = renderer.render() < _NOTHING * farthest
+    finally:
+        renderer.disable_depth_rendering()
+    opaque = robot | (finished != drawn).any(axis=-1)
+    return np.concatenate([finished, np.where(opaque, 255, 0)[..., np.newaxis].astype(np.uint8)], axis=-1)
 
 
 def _set_scene(
@@ -340,6 +432,8 @@ def _set_scene(
     if state.tension and layout.full_N > _LEAST_TENSION_N:
         full = [layout.full_N] * len(state.tension)
         paint_tendons(renderer.scene, model, data, layout.pulled, state.tension, full)
+    if state.points is not None:
+        paint_points(renderer.scene, state.points, _POINT * view.height)
 
 
 def _pinhole(view: View, width: int, height: int) -> PinholeCamera:
@@ -351,7 +445,6 @@ def _pinhole(view: View, width: int, height: int) -> PinholeCamera:
 # ----------------------------------------------------------------------------------------------------
 # Pictures and videos of a simulated robot under a history of inputs, drawn without a screen.
 
-CAMERAS = ("overview", "side")
 FPS = 25
 LONGEST_VIDEO_S = 8.0  # longer inputs are played faster
 _CAPTION_LINES = 10
@@ -368,9 +461,10 @@ class _Drawing:
     path: str | os.PathLike[str]
     width: int
     height: int
-    camera: str
+    look: Look
     progress: bool
     states: Sequence[DrawnState]
+    points: Array | None
 
 
 def render(
@@ -380,11 +474,12 @@ def render(
     path: str | os.PathLike[str],
     width: int = 1280,
     height: int = 720,
-    camera: str = "overview",
+    look: Look = Look(),
     progress: bool = False,
     rows: Sequence[int] = (),
     curves: bool = False,
     states: Sequence[DrawnState] = (),
+    points: Array | None = None,
 ) -> None:
     """Write a picture (.png) or a video (.mp4, .gif), as the file's name says.
 
@@ -400,12 +495,13 @@ def render(
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         path: file to write; a video has even width and height.
         width, height: [pixels].
-        camera: where to look from, one of `CAMERAS`; the robot fills the picture.
+        look: from where the robot is drawn, and what stands beside it.
         progress: show on standard error what is done.
         rows: numbers of the rows to show in one picture, the first 0, the last in full colours; none: the
             last row alone, with a close look at the robot's base.
         curves: the inputs' curves take the right part of a video, and a line in them runs along.
         states: of a simulation, one a row of `inputs`, where that was made already; none: it is made.
+        points: where points were measured at the rows of `inputs`, shape (r, k, 3) [m]; NaN is missing.
 
     Raises:
         InputError: bad path, size, camera or row, `rows` or `curves` for a file that has no use for it,
@@ -416,11 +512,13 @@ def render(
         raise InputError(f"{os.fspath(path)}: several rows are shown in a picture; choices: {PICTURE}")
     if kind == PICTURE and curves:
         raise InputError(f"{os.fspath(path)}: curves stand beside a video; choices: {VIDEO}, {ANIMATION}")
-    if camera not in CAMERAS:
-        raise unknown("camera", camera, CAMERAS)
+    if look.camera not in CAMERAS:
+        raise unknown("camera", look.camera, CAMERAS)
+    if look.transparent and (kind != PICTURE or len(rows) > 1):
+        raise InputError(f"{os.fspath(path)}: transparent is one row's picture; choices: {PICTURE}")
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     open_renderer(empty, width, height).close()  # what it raises is not to come after the simulation
-    drawing = _Drawing(robot, inputs, gravity_mps2, path, width, height, camera, progress, states)
+    drawing = _Drawing(robot, inputs, gravity_mps2, path, width, height, look, progress, states, points)
     if kind == PICTURE:
         _render_picture(drawing, rows)
     else:
@@ -437,15 +535,19 @@ def _render_picture(drawing: _Drawing, rows: Sequence[int]) -> None:
         model, states = _model_of(drawing), [drawing.states[row] for row in shown]
     else:
         model, states = _simulated(drawing, inputs, shown, RAMP_S)
+    if drawing.points is not None:
+        states = [
+            replace(state, points=drawing.points[row]) for state, row in zip(states, shown, strict=True)
+        ]
     if len(shown) > 1:
         labels = [f"{row + 1}" for row in shown]
         lines = [row_words(robot, inputs, row) for row in shown][:_CAPTION_LINES]
         image = draw_together(
-            robot, model, states, labels, lines, drawing.width, drawing.height, drawing.camera
+            robot, model, states, labels, lines, drawing.width, drawing.height, drawing.look
         )
     else:
         captions = [caption(robot, inputs, shown[0])]
-        (image,) = draw(robot, model, states, captions, drawing.width, drawing.height, drawing.camera)
+        (image,) = draw(robot, model, states, captions, drawing.width, drawing.height, drawing.look)
     write_picture(drawing.path, image)
 
 
@@ -462,9 +564,14 @@ def _render_video(drawing: _Drawing, curves: bool) -> None:
     else:
         # Frames lie closer than rows: the inputs move no faster than from row to row otherwise.
         model, states = _simulated(drawing, every, rows, RAMP_S * len(inputs) / len(every))
+    if drawing.points is not None:
+        flat = drawing.points.reshape(len(inputs), -1).T
+        seen = np.stack([np.interp(times, inputs.time_s, values) for values in flat], axis=1)
+        pairs = zip(states, seen.reshape(len(times), -1, 3), strict=True)
+        states = [replace(state, points=points) for state, points in pairs]
     captions = [caption(robot, every, row) for row in rows]
     strip = strip_width(drawing.width) if curves else 0
-    frames = draw(robot, model, states, captions, drawing.width - strip, drawing.height, drawing.camera)
+    frames = draw(robot, model, states, captions, drawing.width - strip, drawing.height, drawing.look)
     if curves:
         frames = _beside(
             frames, Curves(robot, inputs, strip, drawing.height), [float(time) for time in times]

@@ -13,7 +13,9 @@ from cli_command import Run
 
 from catheter_sim import viewer
 from catheter_sim.catalogue import load_robot
+from catheter_sim.errors import InputError
 from catheter_sim.pictures.images import TENSION_COLOURS, tension_colours
+from catheter_sim.public.live import LiveServer
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.viewer import Sliders, TendonPaint, named_model, show, slider_names, slider_ranges
 
@@ -55,29 +57,37 @@ def opened(
 
 
 def test_without_a_screen_it_says_so_in_one_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No display named; one named that does not answer; a robot that does not exist comes first."""
+    """No display named: the robot is served to a browser. A robot that does not exist comes first."""
     monkeypatch.setattr(viewer.platform, "system", lambda: "Linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    message = run("view", "neuroendoscope").error()
-    assert message.startswith("no screen: neither DISPLAY nor WAYLAND_DISPLAY is set")
-    assert "catheter-sim render" in message
+    with pytest.raises(InputError, match="no screen: neither DISPLAY nor WAYLAND_DISPLAY is set") as raised:
+        viewer.require_screen()
+    assert "catheter-sim render" in str(raised.value)
+    monkeypatch.setattr(LiveServer, "begin", lambda server: server.stop.set())
+    monkeypatch.setattr(LiveServer, "end", lambda server: server.server_close())
+    shown = run("view", "neuroendoscope_section").out
+    assert shown.startswith("open http://127.0.0.1:")
+    assert "ssh -L" in shown
     assert "no_such_robot" in run("view", "no_such_robot").error()
     assert "--gravity" in run("view", "neuroendoscope", "--gravity", "down").error()
 
 
-def test_a_display_that_does_not_answer_is_one_line_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_display_that_does_not_answer_is_one_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """GLFW's own failure, where it says so and where it raises."""
     glfw = pytest.importorskip("glfw")
     monkeypatch.setenv("DISPLAY", ":nowhere")
     monkeypatch.setattr(glfw, "init", lambda: False)
-    assert run("view", "neuroendoscope").error().startswith("no screen: no window can be opened")
+    with pytest.raises(InputError, match="no screen: no window can be opened"):
+        viewer.require_screen()
 
     def fail() -> bool:
         raise RuntimeError("two\nlines")
 
     monkeypatch.setattr(glfw, "init", fail)
-    assert run("view", "neuroendoscope").error().startswith("no screen: two lines; ")
+    with pytest.raises(InputError, match="no screen: two lines; "):
+        viewer.require_screen()
+    assert viewer.no_screen()
 
 
 def test_colours_run_from_grey_through_yellow_to_red() -> None:
@@ -249,6 +259,7 @@ def test_all_pulled_tendons_are_drawn_base_to_tip(reference: str) -> None:
 def test_effects_that_no_model_holds_are_named(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A gain on the way to the robot cannot be seen in its model."""
     seen = []
+    monkeypatch.setattr(viewer, "no_screen", lambda: False)
     monkeypatch.setattr(viewer, "view", lambda robot, gravity: seen.append((robot, gravity)))
     ran = run(
         "view", "neuroendoscope_section", "--set", "friction.mu=0.1", "--gravity", "0,0,-9.81",

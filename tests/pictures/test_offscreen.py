@@ -120,7 +120,9 @@ def test_bad_requests_are_refused_before_the_simulation(
 
     monkeypatch.setattr(offscreen, "simulate", never)
     with pytest.raises(InputError, match=message):
-        offscreen.render(ROBOT, inputs([0.0, 1.0], [0.0, 0.1]), STILL, tmp_path / name, *size, camera)
+        offscreen.render(
+            ROBOT, inputs([0.0, 1.0], [0.0, 0.1]), STILL, tmp_path / name, *size, offscreen.Look(camera)
+        )
     assert list(tmp_path.iterdir()) == []
 
 
