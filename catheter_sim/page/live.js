@@ -3,7 +3,7 @@
 
 const about = JSON.parse(document.getElementById("about").textContent);
 const find = (id) => document.getElementById(id);
-const scene = new Scene(find("view"), about.length_mm);
+const scene = new Scene(find("view"), about.length_mm, about.turn);
 const MOST_TRAIL = 300;
 const channels = about.sliders.filter((slider) => !/^(force_tip|gravity)_/.test(slider.name));
 const boxes = new Map();
@@ -49,7 +49,7 @@ function addSlider(slider, place) {
   range.dataset.channel = slider.name;
   const box = { range, number, held: false };
   range.addEventListener("pointerdown", () => { box.held = true; });
-  range.addEventListener("pointerup", () => { box.held = false; });
+  range.addEventListener("change", () => { box.held = false; });
   range.addEventListener("input", () => set(slider.name, Number(range.value)));
   number.addEventListener("change", () => set(slider.name, Number(number.value)));
   boxes.set(slider.name, box);
@@ -123,7 +123,7 @@ function picture() {
       { kind: "tube", points: state.shape_mm, colour: colour("--robot"), edge: colour("--edge"), radius: about.radius_mm },
     ];
     if (state.measured_mm) {
-      items.push({ kind: "points", points: state.measured_mm, colour: colour("--measured"), radius: 0.6 * about.radius_mm });
+      items.push({ kind: "points", points: state.measured_mm, colour: colour("--measured"), radius: Math.min(0.6 * about.radius_mm, 0.015 * about.length_mm) });
     }
     scene.show(items);
     drawn += 1;

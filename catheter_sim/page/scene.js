@@ -3,10 +3,11 @@
 "use strict";
 
 class Scene {
-  constructor(canvas, length) {
+  constructor(canvas, length, turn = -0.5) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
     this.length = length;
+    this.firstTurn = turn;
     this.reset();
     this.fingers = new Map();
     canvas.tabIndex = 0;
@@ -24,7 +25,7 @@ class Scene {
   }
 
   reset() {
-    this.turn = -0.5;
+    this.turn = this.firstTurn;
     this.lift = 0.3;
     this.zoom = 1;
     this.middle = [0, 0, 0.5 * this.length];
@@ -97,7 +98,7 @@ class Scene {
     if (this.canvas.height !== Math.round(this.height * ratio)) this.canvas.height = Math.round(this.height * ratio);
     this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.pen.clearRect(0, 0, this.width, this.height);
-    this.pen.lineCap = "round";
+    this.pen.lineCap = this.pen.lineJoin = "round";
     const strokes = [];
     for (const item of [...this.ground(), ...this.items]) {
       const points = item.points.filter((point) => point && point.every((value) => value !== null));
@@ -106,6 +107,10 @@ class Scene {
         continue;
       }
       const at = points.map((point) => this.project(point));
+      if (item.kind === "tube") {
+        if (at.length > 1) strokes.push({ item, at });
+        continue;
+      }
       for (let k = 1; k < at.length; k++) strokes.push({ item, at: [at[k - 1], at[k]] });
     }
     for (const stroke of strokes) {
@@ -125,13 +130,13 @@ class Scene {
       pen.arc(at[0][0], at[0][1], Math.max(3, width / 2), 0, 2 * Math.PI);
       pen.fill();
     } else {
-      const passes = item.kind === "tube" ? [[item.edge, width], [item.colour, 0.72 * width]] : [[item.colour, width]];
+      const passes = item.kind === "tube" ? [[item.edge, width], [item.colour, Math.max(width - 3, 0.7 * width)]] : [[item.colour, width]];
       for (const [colour, size] of passes) {
         pen.strokeStyle = colour;
         pen.lineWidth = size;
         pen.beginPath();
         pen.moveTo(at[0][0], at[0][1]);
-        pen.lineTo(at[1][0], at[1][1]);
+        for (const place of at.slice(1)) pen.lineTo(place[0], place[1]);
         pen.stroke();
       }
     }

@@ -44,6 +44,7 @@ _MOST_BYTES = 65_536  # of a message from the page
 _WAIT_S = 15.0  # for a new state, before a page is told that the server is still there
 _LARGEST_TIP_FORCE_N = 1.0
 _LARGEST_GRAVITY = 9.81
+_ASIDE_RAD = 0.35  # the first view, from straight across the first channel's bending
 
 # ----------------------------------------------------------------------------------------------------
 # What may be driven: a slider for each channel, the tip's force and gravity.
@@ -456,11 +457,13 @@ class _Answers(BaseHTTPRequestHandler):
 def page_of(live: LiveRobot) -> str:
     """Return the page of a live robot: one HTML text that loads nothing but the robot's states."""
     robot = live.robot
+    sides = [drive.side for drive in live.drives if any(drive.side)] or [(1.0, 0.0)]
     about = {
         "robot": robot.name,
         "sliders": [vars(item) | {"rest": live.rest[item.name]} for item in live.sliders.values()],
         "radius_mm": 1e3 * max(segment.outer_radius_m for segment in robot.segments),
         "length_mm": 1e3 * sum(segment.length_m for segment in robot.segments),
+        "turn": -math.atan2(sides[0][1], sides[0][0]) - _ASIDE_RAD,
         "played": None
         if live.played is None
         else {"name": live.played.name, "end_s": float(live.played.inputs.time_s[-1])},
