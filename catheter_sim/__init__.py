@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         diagnose_model,
     )
     from catheter_sim.public.laboratories import Export, FoundOut, Laboratory, export, laboratory
-    from catheter_sim.public.live import View, view
+    from catheter_sim.public.live import LiveView, view
     from catheter_sim.public.planning import (
         InverseKinematics,
         ModelChoice,
@@ -81,7 +81,7 @@ _HOME = {
         "export",
         "laboratory",
     ),
-    "catheter_sim.public.live": ("View", "view"),
+    "catheter_sim.public.live": ("LiveView", "view"),
     "catheter_sim.public.planning": (
         "InverseKinematics",
         "ModelChoice",
@@ -119,6 +119,7 @@ __all__ = [
     "InputError",
     "InverseKinematics",
     "Laboratory",
+    "LiveView",
     "ModelChoice",
     "ModelDiagnosis",
     "RobotNote",
@@ -126,7 +127,6 @@ __all__ = [
     "Sensing",
     "SimulationDiverged",
     "Simulator",
-    "View",
     "Workspace",
     "attach",
     "build",

@@ -120,7 +120,7 @@ class LiveRobot:
     Attributes:
         robot: with its effects built in.
         gravity_mps2: at first, shape (3,).
-        played: what may be played.
+        played: what may be played; its inputs are the robot's.
         state: of the robot, as the page reads it; `number` counts them.
     """
 
@@ -130,7 +130,8 @@ class LiveRobot:
     state: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.simulator = Simulator(self.robot, gravity_mps2=self.gravity_mps2)
+        actuation = None if self.played is None else self.played.inputs.actuation
+        self.simulator = Simulator(self.robot, actuation, gravity_mps2=self.gravity_mps2)
         self.drives: tuple[Drive, ...] = tuple(drives_of(self.robot, self.simulator.actuation))
         self.sliders = {item.name: item for item in sliders_of(self.robot, self.simulator.actuation)}
         self.rest = dict.fromkeys(self.sliders, 0.0)
@@ -309,14 +310,12 @@ def live_robot(
     """Return a robot to drive, such of its effects built in as act on it; a recording may be played on it.
 
     Raises:
-        InputError: the robot cannot be driven, or the recording is of the other actuation.
+        InputError: the robot cannot be driven.
     """
     robot = built_in(specified, specified.name)
     if recording is None:
         return LiveRobot(robot, gravity_mps2)
     inputs = recording.inputs
-    if inputs.actuation != robot.actuation:
-        raise InputError(f"{name}: {inputs.actuation} inputs; {robot.name} is driven by {robot.actuation}")
     drives = drives_of(robot, inputs.actuation)
     units = np.array([si_factor(drive.column) for drive in drives])
     values = channel_inputs(robot, inputs) / units
@@ -476,11 +475,18 @@ def page_of(live: LiveRobot) -> str:
 # The public face.
 
 
-class View:
+class LiveView:
     """A robot that is driven in a browser until it is closed.
 
     Attributes:
         address: what to open. Whoever has it can drive the robot.
+
+    Examples:
+        >>> import catheter_sim as cs
+        >>> robot = cs.view("neuroendoscope_section")
+        >>> list(robot.table().columns)
+        ['tension_right_N']
+        >>> robot.close()
     """
 
     def __init__(self, server: LiveServer) -> None:
@@ -499,14 +505,14 @@ class View:
         """End the simulation and free the address."""
         self._server.end()
 
-    def __enter__(self) -> View:
+    def __enter__(self) -> LiveView:
         return self
 
     def __exit__(self, *raised: object) -> None:
         self.close()
 
     def __repr__(self) -> str:
-        return f"View({self._server.live.robot.name}: {self.address})"
+        return f"LiveView({self._server.live.robot.name}: {self.address})"
 
     def _repr_html_(self) -> str:
         return f'<a href="{self.address}" target="_blank" rel="noopener">{self._server.live.robot.name}</a>'
@@ -517,7 +523,7 @@ def view(
     inputs: str | os.PathLike[str] | None = None,
     gravity_mps2: Sequence[float] = (0.0, 0.0, 0.0),
     port: int = 0,
-) -> View:
+) -> LiveView:
     """Return a robot that is simulated in real time and driven in a browser, with a slider for each channel.
 
     It listens on this machine alone. In a notebook the view shows itself as a link.
@@ -542,4 +548,4 @@ def view(
     place = whole_of(port, "port", "the number of a port", 0)
     recording = None if inputs is None else recording_of(value, path_of(inputs, "inputs"), other_robot=True)
     name = "" if inputs is None else Path(inputs).name
-    return View(LiveServer(live_robot(value, (x, y, z), recording, name), port=place))
+    return LiveView(LiveServer(live_robot(value, (x, y, z), recording, name), port=place))

@@ -14,7 +14,7 @@ ORDER = (
     ("mapping", "notes", "nuisance", "thresholds"),
     ("trials",),
     ("dataset", "frame", "problem", "readings", "result"),
-    ("document", "fit", "programmes", "residuals"),
+    ("document", "fit", "programmes", "recording", "residuals"),
     ("intervals", "noise", "words"),
     ("faults_of_columns", "pictures", "workers"),
     ("variations",),

@@ -43,6 +43,7 @@ MADE: Mapping[str, Callable[[Any], Any]] = {
     "simulate": lambda robot: cs.simulate(robot, {"time_s": [0.0]}).postures[0].p_w.tolist(),
     "statics": lambda robot: cs.statics(robot, BEND, "pk").postures[1].p_w.tolist(),
     "to_pymjcf": lambda robot: cs.to_pymjcf(robot).to_xml_string(),
+    "view": lambda robot: _sliders_of(robot),
     "which_model": lambda robot: cs.which_model(robot, BEND, reference="pk").robot,
     "workspace": lambda robot: cs.workspace(robot, samples=5).tip_mm.tolist(),
 }
@@ -73,6 +74,7 @@ SOON: Mapping[str, dict[str, Any]] = {
     "statics": {"robot": ROBOT, "inputs": NO_CHANNEL, "model": "pk"},
     "step_together": {"simulators": "nothing"},
     "to_pymjcf": {"robot": "nothing"},
+    "view": {"robot": "nothing"},
     "which_model": {"robot": ROBOT, "inputs": NO_CHANNEL},
     "workspace": {"robot": "nothing"},
 }
@@ -87,6 +89,11 @@ def _refusal(call: Callable[..., Any], **arguments: Any) -> str:
     with pytest.raises(cs.InputError) as error:
         call(**arguments)
     return str(error.value)
+
+
+def _sliders_of(robot: Any) -> list[str]:
+    with cs.view(robot) as shown:
+        return list(shown.table().columns)
 
 
 def _text_of(name: str, write: Callable[[str], Any]) -> str:

@@ -54,12 +54,11 @@ def test_shares_lie_between_none_and_all(part: Part, pulled_ground: Ground):
 
 
 @pytest.mark.parametrize("key", [form.key for form in FORMS if form.name in ("from_a_time", "one_stretch")])
-def test_size_zero_does_nothing(key: str, pulled_ground: Ground, plain_ground: Ground):
-    ground = next(
-        item
-        for item in (pulled_ground, plain_ground)
-        if next(form for form in FORMS if form.key == key).applies(item.specimen)
-    )
+def test_size_zero_does_nothing(key: str, grounds: dict[str, Ground]):
+    form = next(item for item in FORMS if item.key == key)
+    ground = next((item for item in grounds.values() if form.applies(item.specimen)), None)
+    if ground is None:
+        pytest.skip("makes no sense for these robots")
     plain = columns_of(ground.specimen, ground.plain[0])
     np.testing.assert_allclose(seen(ground, planted(ground, key, size=0.0)), plain, atol=1e-3)
 
