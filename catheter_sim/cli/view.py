@@ -12,7 +12,7 @@ is printed with it; --host ADDRESS lets others in your network reach the server.
 There are sliders for the channels in file units, the tip's force and gravity, and keys for the channels. With
 --inputs a file of inputs is played, a trial's own file with its measured points. "Save CSV" writes what was
 driven as a file of inputs.
-In MuJoCo's window the sliders under "Control" bear the names of the channels: tensions [N], displacements [m].
+In MuJoCo's window the sliders under "Control" bear the channels' names: tensions [N], displacements [m].
 Tendons are coloured by tension: grey slack, yellow half, red full. "Reset" brings the robot back to rest.
 The steps are this package's, friction included, in real time where the machine keeps up. Sliders reach as far
 as bends each segment by 90 deg, a catheter's as far as its joints go.
