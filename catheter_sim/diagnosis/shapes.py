@@ -141,8 +141,8 @@ def words_on_rows(space: dict[str, Any]) -> str:
     shown, known = (sum(count) for count in zip(*(_rows_of(trial) for trial in space["trials"]), strict=True))
     if shown < known:
         said.append(
-            f"To keep this page small, it shows {shown} of {known} rows, evenly chosen. The series beside this "
-            "page hold all."
+            f"To keep this page small, it shows {shown} of {known} rows, evenly chosen. The series beside it "
+            "hold all."
         )
     if all(trial["line"] is None for trial in space["trials"]):
         said.append("The shape between the points is not at hand for data in motion.")

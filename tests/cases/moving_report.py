@@ -1,4 +1,4 @@
-"""A diagnosis whose series come from a robot's twin, without a search: what a page that moves is shown with."""
+"""A diagnosis whose series come from a robot's twin, without a search, for pages that move."""
 
 from __future__ import annotations
 

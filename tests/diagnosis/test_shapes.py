@@ -1,4 +1,4 @@
-"""What the report's page is given to move: the series as written, the robot's shape, and no more than fits."""
+"""What the report's page is given to move: the series as written, the robot's shape, no more than fits."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def test_names_from_files_end_no_script() -> None:
 
 
 def test_a_page_asks_for_nothing() -> None:
-    """No address of another machine, no file beside it but what it links to, no frame, no style from elsewhere."""
+    """No address of another machine, no frame, no script or style of another file."""
     html = page_of(moving_diagnosis())
     assert not re.search(r"https?:|//[a-z]+\.|@import|url\(|fetch\(|XMLHttp|WebSocket|import\(", html)
     assert not re.search(r"<(script|link|iframe|object|embed)[^>]*\b(src|href|data)=", html)
