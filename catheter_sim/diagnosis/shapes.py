@@ -28,8 +28,10 @@ from catheter_sim.effects.varying import without_variations
 from catheter_sim.tables import Table
 from catheter_sim.theory.twins import Prediction
 
+MOST_SHAPES = 2_000
+"""[rows] Of a trial whose shape is kept. Why: some 3 MB a trial; a page takes fewer of them."""
 MOST_ROWS = 300
-"""[rows] Of a trial that have a shape. Why: a motion is smooth with them at 30 a second, over ten seconds."""
+"""[rows] Of a trial in a page. Why: a motion is smooth with them at 30 a second, over ten seconds."""
 MOST_NUMBERS = 80_000
 """[numbers] Of places in a page. Why: some 4 characters each, so that 2,000 rows with pictures of 1 MB stay
 below 1.5 MB."""
@@ -57,7 +59,7 @@ def computed_along(
     points = (*(f"body_{k + 1}" for k in range(count)), *markers)
     series, places = _with_points(problem, trial, before, points)
     others = (series, places) if after is before else _with_points(problem, trial, after, points)
-    rows = rows_to_show(trial.outputs)
+    rows = _thinned(_measured_rows(trial.outputs), MOST_SHAPES)
     shapes = Centrelines(rows, (_BASE, *points), places[rows], others[1][rows])
     return series, others[0], shapes
 
@@ -93,10 +95,9 @@ def _base_seen(robot: RobotSpec, trial: Trial) -> Array:
     return 1e3 * measured(without_variations(robot), at).p_w[:, 0]
 
 
-def rows_to_show(outputs: Table) -> np.ndarray:
-    """Return up to `MOST_ROWS` of the rows in which anything was measured, evenly chosen, shape (k,)."""
-    known = np.any([np.isfinite(values) for values in outputs.columns.values()], axis=0)
-    return _thinned(np.flatnonzero(known), MOST_ROWS)
+def _measured_rows(outputs: Table) -> np.ndarray:
+    """Return the rows in which anything was measured, shape (k,)."""
+    return np.flatnonzero(np.any([np.isfinite(values) for values in outputs.columns.values()], axis=0))
 
 
 def _thinned(rows: np.ndarray, most: int) -> np.ndarray:
@@ -119,15 +120,15 @@ def in_space(diagnosis: DiagnosisResult, files: Sequence[str]) -> dict[str, Any]
     points = {name: axes for name, axes in points.items() if len(axes) > 1}
     if not points or not diagnosis.was_fitted:
         return None
-    fits = diagnosis.fits
-    rows = [rows_to_show(fit.measured) if fit.shapes is None else fit.shapes.rows for fit in fits]
-    per_row = max(9 * len(points) + 6 * len(_on_line(fit)) for fit in fits)
-    share = min(1.0, MOST_NUMBERS / (per_row * max(1, sum(len(own) for own in rows))))
-    of_errors = min(1.0, MOST_ERRORS / max(1, sum(len(fit.time_s) for fit in fits)))
+    rows = [_measured_rows(fit.measured) if fit.shapes is None else fit.shapes.rows for fit in diagnosis.fits]
+    most = [min(len(own), MOST_ROWS) for own in rows]
+    per_row = max(9 * len(points) + 6 * len(_on_line(fit)) for fit in diagnosis.fits)
+    share = min(1.0, MOST_NUMBERS / (per_row * max(1, sum(most))))
+    of_errors = min(1.0, MOST_ERRORS / max(1, sum(len(fit.time_s) for fit in diagnosis.fits)))
     trials = [
-        _of_trial(diagnosis, fit, file, points, _thinned(own, max(2, int(share * len(own)))), of_errors)
-        for fit, file, own in zip(fits, files, rows, strict=True)
-        if len(own)
+        _of_trial(diagnosis, fit, file, points, _thinned(own, max(2, int(share * count))), of_errors)
+        for fit, file, own, count in zip(diagnosis.fits, files, rows, most, strict=True)
+        if count
     ]
     shown = max(range(len(trials)), key=lambda index: _worth(trials[index]), default=None)
     if shown is None:
@@ -166,17 +167,17 @@ def _of_trial(
     rows: np.ndarray,
     of_errors: float,
 ) -> dict[str, Any]:
-    known = np.any([np.isfinite(values) for values in fit.measured.columns.values()], axis=0)
+    known = len(_measured_rows(fit.measured))
     return {
         "file": fit.file,
         "role": fit.role,
         "series": file,
-        "measured_rows": int(known.sum()),
+        "measured_rows": known,
         "rows": (rows + 1).tolist(),
         "time_s": _decimals(fit.time_s[rows] - fit.time_s[0], 4),
         "points": [_of_point(fit, name, axes, rows) for name, axes in points.items()],
         "line": _line(diagnosis, fit, rows),
-        "error": _errors(fit, points, max(2, int(of_errors * known.sum()))),
+        "error": _errors(fit, points, max(2, int(of_errors * known))),
     }
 
 

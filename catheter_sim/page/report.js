@@ -147,7 +147,7 @@ function broadside(rows) {
     xy += (place[0] - x) * (place[1] - y);
     yy += (place[1] - y) ** 2;
   }
-  return 0.5 * Math.atan2(2 * xy, xx - yy);
+  return 0.5 * Math.atan2(2 * xy, xx - yy) || 0;
 }
 
 const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
