@@ -37,7 +37,9 @@ function button(words, act) {
 // ---------------------------------------------------------------------------------------------------------
 // Tables: each can be saved; those of class "sorts" are sorted by the buttons in their heads.
 
-const cellWords = (cell) => cell.textContent.trim().replace(/\s+/g, " ");
+// What a cell says, without the mark of the row that is reported; its lines one after another.
+const cellWords = (cell) => [...cell.childNodes].filter((part) => !part.matches?.(".mark"))
+  .map((part) => (part.nodeName === "BR" ? "; " : part.textContent)).join("").trim().replace(/\s+/g, " ");
 const cellNumber = (cell) => {
   const text = cellWords(cell).replaceAll("\u2212", "-");
   return /^-?[\d.]/.test(text) ? parseFloat(text) : NaN;
@@ -244,7 +246,7 @@ function cleared(canvas) {
 }
 
 function projection(width, height) {
-  const { centre, size } = state.trial, away = 2.5 * size, usual = state.zoom * Math.min(width, height) / size;
+  const { centre, size } = state.trial, away = 2.5 * size, usual = 1.15 * state.zoom * Math.min(width, height) / size;
   const [cy, sy, cp, sp] = [Math.cos(state.yaw), Math.sin(state.yaw), Math.cos(state.pitch), Math.sin(state.pitch)];
   return (at) => {
     const [x, y, z] = at.map((value, k) => value - centre[k]);
@@ -381,7 +383,7 @@ function drawSpace() {
 // ---------------------------------------------------------------------------------------------------------
 // Drawing the error over time, with a line at the row that is shown.
 
-const EDGE = { left: 42, right: 10, top: 10, bottom: 30 };
+const EDGE = { left: 42, right: 10, top: 10, bottom: 36 };
 
 function curveFrame(width, height) {
   const { error } = state.trial, end = error.time_s.at(-1) || 1;
@@ -410,9 +412,9 @@ function drawCurve() {
     pen.fillText(mark(value), EDGE.left - 5, y(value) + 4);
   }
   pen.textAlign = "center";
-  for (let value = 0, step = nice(end / 2); value <= end; value += step) pen.fillText(mark(value), x(value), height - 14);
+  for (let value = 0, step = nice(end / 2); value <= end; value += step) pen.fillText(mark(value), x(value), height - 20);
   pen.textAlign = "right";
-  pen.fillText("time [s]", width - EDGE.right, height - 2);
+  pen.fillText("time [s]", width - EDGE.right, height - 5);
   for (const stage of STAGES) {
     path(pen, error.time_s.map((time, k) => (error[stage][k] == null ? null : { x: x(time), y: y(error[stage][k]) })));
     pen.strokeStyle = colour(`mark-${stage}`);

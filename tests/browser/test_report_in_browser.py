@@ -205,10 +205,12 @@ def test_tables_and_series_are_saved(page: Any, folder: Path) -> None:
     assert name == "what_was_tried.csv"
     assert [len(row) for row in rows] == [3] * 5
     assert rows[0][0] == "causes in the model"
+    assert rows[1][0] == "actuation gain"
     assert {row[1] for row in rows[1:]} == {"0.0600", "0.9000", "0.7000", "3.1000"}
     page.locator("summary", has_text="What is probably at work").click()
     name, rows = saved(page, page.get_by_label("Save CSV: probabilities"))
     assert rows[0] == ["at work", "probability"]
+    assert rows[1] == ["actuation gain or stiffness; actuation gain 0.71 and stiffness 0.23", "0.94"]
     (file,) = folder.glob("fitted_heldout_*.csv")
     name, rows = saved(page, page.get_by_role("button", name="Save CSV of the points"))
     assert name.startswith("points_fitted_heldout_")
