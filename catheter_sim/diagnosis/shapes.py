@@ -21,7 +21,7 @@ from catheter_sim.diagnosis.fit import Fit, as_measured, robot_with
 from catheter_sim.diagnosis.noise import outputs_of
 from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.result import Centrelines, DiagnosisResult, TrialFit
-from catheter_sim.diagnosis.trials import Trial, points_of
+from catheter_sim.diagnosis.trials import Trial, place_along, points_of
 from catheter_sim.diagnosis.words import errors_of
 from catheter_sim.effects.apply import measured
 from catheter_sim.effects.varying import without_variations
@@ -117,7 +117,7 @@ def in_space(diagnosis: DiagnosisResult, files: Sequence[str]) -> dict[str, Any]
     Places are whole hundredths of a millimetre; `files` are the names of the trials' series.
     """
     points = {name: "".join(axes) for name, axes in points_of(diagnosis.dataset.output_channels).items()}
-    points = {name: axes for name, axes in points.items() if len(axes) > 1}
+    points = {name: points[name] for name in sorted(points, key=place_along) if len(points[name]) > 1}
     if not points or not diagnosis.was_fitted:
         return None
     rows = [_measured_rows(fit.measured) if fit.shapes is None else fit.shapes.rows for fit in diagnosis.fits]
@@ -142,8 +142,8 @@ def words_on_rows(space: dict[str, Any]) -> str:
     shown, known = (sum(count) for count in zip(*(_rows_of(trial) for trial in space["trials"]), strict=True))
     if shown < known:
         said.append(
-            f"To keep this page small, it shows {shown} of {known} rows, evenly chosen. The series beside it "
-            "hold all."
+            f"To keep this page small, it shows {shown} of {known} rows, evenly chosen. The CSV files beside "
+            "it hold all."
         )
     if all(trial["line"] is None for trial in space["trials"]):
         said.append("The shape between the points is not at hand for data in motion.")

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from moving_report import GRAVITY, SEVERAL, TIP, moving_diagnosis
 from page_checks import read_page
+from test_report_words import assert_plain, blocks_of
 
 from catheter_sim.channels import posture_columns
 from catheter_sim.diagnosis.pictures import figures
@@ -64,6 +65,7 @@ def test_a_page_holds_the_series_as_they_are_written(tmp_path: Path, columns: tu
         assert 3 not in rows  # nothing was measured there
         found = {f"{p['name']}_{axis}_mm" for p in trial["points"] for axis in p["measured"]}
         assert found == set(columns)
+        assert trial["points"][-1]["name"] == "tip"  # whose path is drawn
         for point in trial["points"]:
             for stage, prefix in (("measured", ""), ("before", "before_"), ("after", "after_")):
                 for axis in point["measured"]:
@@ -170,6 +172,12 @@ def test_names_from_files_end_no_script() -> None:
     assert "<!--" not in html.split("</style>")[1]
     assert embedded(html)["trials"][1]["file"] == f"{name}.csv"
     assert read_page(plain_page()).problems == []
+
+
+def test_what_stands_beside_the_robot_is_plain() -> None:
+    """Short sentences on how it is turned, what is left out and what moves without a shape."""
+    for diagnosis in (moving_diagnosis(1600, SEVERAL), moving_diagnosis(columns=SEVERAL, moving=True)):
+        assert_plain(blocks_of(page_of(diagnosis)))
 
 
 def test_a_page_asks_for_nothing() -> None:
