@@ -503,7 +503,7 @@ curve.addEventListener("pointermove", (event) => event.buttons && pick(event));
 // What is shown as CSV, and the start.
 
 function savePoints() {
-  const { trial } = state, columns = [["row", trial.rows], ["time_s", trial.time_s]];
+  const { trial } = state, columns = [["row", trial.rows], ["time_in_trial_s", trial.time_s]];
   for (const [stage, prefix] of [["measured", ""], ["before", "before_"], ["after", "after_"]]) {
     for (const point of trial.points) {
       for (const axis of AXES.filter((name) => name in point[stage])) {
@@ -517,7 +517,7 @@ function savePoints() {
 
 function saveErrors() {
   const { error, series } = state.trial;
-  saveColumns(`error_${series}`, [["time_s", error.time_s], ["before_mm", error.before], ["after_mm", error.after]]);
+  saveColumns(`error_${series}`, [["time_in_trial_s", error.time_s], ["before_mm", error.before], ["after_mm", error.after]]);
 }
 
 function saveColumns(name, columns) {

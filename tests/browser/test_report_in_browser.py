@@ -223,7 +223,7 @@ def test_tables_and_series_are_saved(page: Any, folder: Path) -> None:
             )
     assert {*SEVERAL, "before_tip_x_mm", "after_body_5_z_mm"} < set(rows[0])
     name, rows = saved(page, page.get_by_role("button", name="Save CSV of the distance"))
-    assert rows[0] == ["time_s", "before_mm", "after_mm"]
+    assert rows[0] == ["time_in_trial_s", "before_mm", "after_mm"]
     assert len(rows) == 15
 
 

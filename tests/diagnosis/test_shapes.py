@@ -10,23 +10,38 @@ from dataclasses import replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from moving_report import GRAVITY, SEVERAL, TIP, moving_diagnosis
 from page_checks import read_page
+from planted import Effects
 from test_report_words import assert_plain, blocks_of
 
-from catheter_sim.channels import posture_columns
+from catheter_sim.catalogue import load_robot
+from catheter_sim.channels import posture_columns, read_inputs
 from catheter_sim.diagnosis.pictures import figures
+from catheter_sim.diagnosis.problem import Problem
 from catheter_sim.diagnosis.report import fit_files, report_html, write_results
 from catheter_sim.diagnosis.result import DiagnosisResult
-from catheter_sim.diagnosis.shapes import MOST_NUMBERS, MOST_ON_LINE, in_space, words_on_rows
+from catheter_sim.diagnosis.shapes import (
+    MOST_NUMBERS,
+    MOST_ON_LINE,
+    computed_along,
+    in_space,
+    words_on_rows,
+)
+from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects.apply import in_force
-from catheter_sim.tables import read_table
+from catheter_sim.tables import Table, read_table
 from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.theory.twins import twin_for
 
 pytestmark = pytest.mark.slow
+EXAMPLES = Path(__file__).parents[2] / "assets" / "examples"
+MOVED = {"measurement_frame": {"translation_x_mm": 3.0, "rotation_y_deg": 5.0}}
 
 
 def embedded(html: str) -> dict:
@@ -107,6 +122,37 @@ def test_shapes_are_the_robots() -> None:
             theirs = np.stack([expected[f"{point}_{axis}_mm"] for axis in "xyz"], axis=1)
             np.testing.assert_allclose(mine, theirs[fit.shapes.rows], atol=0.05)
     np.testing.assert_allclose(fit.shapes.before[:, 0], 0.0, atol=1e-12)
+
+
+ROWS = {
+    "continuum": {"displacement_upper_1_mm": (0.0, 4.0), "displacement_lower_2_mm": (0.0, 2.0)},
+    "rolling": {"tension_up_N": (0.0, 6.0), "tension_aside_N": (0.0, 2.0)},
+    "catheter": {"displacement_bend_x_mm": (0.0, 1.0), "displacement_roll_mm": (0.0, 0.5)},
+    "notched_tube": {"tension_pull_N": (0.0, 3.5)},
+}
+LENGTH_MM = {"continuum": 120.0, "rolling": 108.0, "catheter": 58.0, "notched_tube": 14.1}  # at rest
+
+
+@pytest.mark.parametrize("effects", [{}, {"rate": {"delay_s": 0.5}}, MOVED], ids=["none", "rate", "frame"])
+@pytest.mark.parametrize("kind", ROWS)
+def test_every_kind_of_robot_has_a_shape(kind: str, effects: Effects) -> None:
+    """It begins where the base is seen, ends at the tip, is as long as the robot at rest; series stay."""
+    robot = replace(load_robot(EXAMPLES / f"{kind}_robot.toml"), effects=effects)
+    table = Table(np.arange(8.0), {name: np.linspace(*ends, 8) for name, ends in ROWS[kind].items()})
+    inputs = read_inputs(robot, table)
+    robot = replace(robot, actuation=inputs.actuation)
+    columns = ("tip_x_mm", "tip_z_mm")
+    predict = twin_for(robot, inputs.actuation, columns, GRAVITY)
+    trial = Trial("a.csv", "train", inputs, Table(inputs.time_s, dict.fromkeys(columns, np.ones(8))))
+    problem = Problem(robot, (), (trial,), columns, np.ones(2), predict)
+    nothing: Any = SimpleNamespace(numbers=(), x=np.zeros(0))
+    before, _, shapes = computed_along(problem, trial, nothing, nothing)
+    assert shapes is not None
+    np.testing.assert_array_equal(before, predict([robot], inputs)[0])
+    np.testing.assert_array_equal(shapes.before[:, -1][:, [0, 2]], before)
+    np.testing.assert_allclose(shapes.before[:, 0], [[3.0 if effects is MOVED else 0.0, 0.0, 0.0]] * 8)
+    lengths = np.linalg.norm(np.diff(shapes.before, axis=1), axis=2).sum(axis=1)
+    assert lengths[0] == pytest.approx(LENGTH_MM[kind], rel=0.005)
 
 
 def test_a_shape_changes_no_series() -> None:
