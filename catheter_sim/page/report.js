@@ -246,7 +246,7 @@ function cleared(canvas) {
 }
 
 function projection(width, height) {
-  const { centre, size } = state.trial, away = 2.5 * size, usual = 1.15 * state.zoom * Math.min(width, height) / size;
+  const { centre, size } = state.trial, away = 2.5 * size, usual = 1.05 * state.zoom * Math.min(width, height) / size;
   const [cy, sy, cp, sp] = [Math.cos(state.yaw), Math.sin(state.yaw), Math.cos(state.pitch), Math.sin(state.pitch)];
   return (at) => {
     const [x, y, z] = at.map((value, k) => value - centre[k]);
