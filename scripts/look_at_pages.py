@@ -42,7 +42,7 @@ RAW_KEYS = r"""() => {
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), found = new Set();
   while (walker.nextNode()) {
     const around = walker.currentNode.parentElement;
-    if (!around || around.closest('code, pre, script, style, .highlight, nav')) continue;
+    if (!around || around.closest('code, pre, option, script, style, .highlight, nav')) continue;
     const words = walker.currentNode.data.match(/\b[a-z][a-z0-9]*(_[a-z0-9]+)+\b/g) || [];
     for (const word of words) if (word !== 'catheter_sim') found.add(word);
   }

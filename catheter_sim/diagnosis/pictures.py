@@ -26,7 +26,7 @@ from catheter_sim.diagnosis.residuals import (
     stack,
 )
 from catheter_sim.diagnosis.result import DiagnosisResult, FittedParameter, TrialFit
-from catheter_sim.diagnosis.trials import TIP, Dataset, points_of, unit_of
+from catheter_sim.diagnosis.trials import TIP, Dataset, place_along, points_of, unit_of
 from catheter_sim.diagnosis.words import axis_label, before_model, errors_of
 from catheter_sim.effects import EFFECTS
 from catheter_sim.pictures.curves import COLOURS, LEGEND, entitle, panels_of, png_of, tidy_axes
@@ -240,17 +240,10 @@ def shown_points(columns: Sequence[str]) -> list[str]:
     Markers, of which the names do not say where they are, come first.
     """
     found = [name for name, axes in points_of(columns).items() if len(axes) > 1]
-    ordered = sorted(found, key=_place_of)
+    ordered = sorted(found, key=place_along)
     if len(ordered) <= _MOST_POINTS:
         return ordered
     return [ordered[round(k * len(ordered) / _MOST_POINTS) - 1] for k in range(1, _MOST_POINTS + 1)]
-
-
-def _place_of(point: str) -> float:
-    """Return a number that rises along the robot with bodies and the tip, and is 0 for markers."""
-    if point == "tip":
-        return np.inf
-    return float(point.removeprefix("body_")) if point.startswith("body_") else 0.0
 
 
 def shown_planes(fit: TrialFit, points: Sequence[str]) -> list[tuple[str, str]]:

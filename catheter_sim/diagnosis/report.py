@@ -30,6 +30,7 @@ from catheter_sim.diagnosis.result import (
     DiagnosisResult,
     TrialFit,
 )
+from catheter_sim.diagnosis.shapes import in_space, words_on_rows
 from catheter_sim.diagnosis.thresholds import ESTABLISHED, LEAST_SHOWN_PROBABILITY, NEAR_NOISE, SIGNIFICANT_P
 from catheter_sim.diagnosis.trials import Dataset
 from catheter_sim.diagnosis.words import (
@@ -66,7 +67,7 @@ from catheter_sim.diagnosis.words import (
 )
 from catheter_sim.effects.varying import varies
 from catheter_sim.errors import InputError
-from catheter_sim.page.render import png_source, rendered
+from catheter_sim.page.render import page_json, page_script, png_source, rendered
 from catheter_sim.tables import Table, replaced_when_whole, write_table
 
 # ----------------------------------------------------------------------------------------------------
@@ -261,6 +262,7 @@ def report_html(
         **_summary(diagnosis),
         **_ranking(diagnosis),
         **_evidence(diagnosis, pictures),
+        **_moving(diagnosis, pictures),
     }
     return rendered("catheter_sim.diagnosis", _TEMPLATE, context, {"spoken": spoken})
 
@@ -281,6 +283,18 @@ def _summary(diagnosis: DiagnosisResult) -> dict[str, Any]:
         "next_file": NEXT_EXPERIMENT_FILE if diagnosis.next_experiment.inputs is not None else "",
         "use_words": use_words(diagnosis),
         "remainder": remainder_rows(diagnosis),
+    }
+
+
+def _moving(diagnosis: DiagnosisResult, pictures: Sequence[ReportPicture]) -> dict[str, Any]:
+    """Return what the page needs to move: its script, and the robot in space if the paths are drawn."""
+    drawn = any(picture.name == PATHS for picture in pictures[:1])
+    space = in_space(diagnosis, fit_files(diagnosis.fits)) if drawn else None
+    return {
+        "space": space,
+        "space_json": page_json(space),
+        "space_words": words_on_rows(space) if space else "",
+        "script": page_script("report.js"),
     }
 
 

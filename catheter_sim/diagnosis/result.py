@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.notes import Note
@@ -181,6 +183,23 @@ class Unproved:
 
 
 @dataclass(frozen=True)
+class Centrelines:
+    """Where a robot is in some rows of a trial, computed, as it would be measured.
+
+    Attributes:
+        rows: of the trial, counted from 0, rising, shape (k,).
+        points: the base ("body_0"), the elements base to tip ("body_1" ...), and the markers measured.
+        before: of the calibrated model without causes, shape (k, p, 3) [mm]; NaN of a row without balance.
+        after: of the extended model.
+    """
+
+    rows: np.ndarray
+    points: tuple[str, ...]
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True)
 class TrialFit:
     """One trial, measured and computed, row by row.
 
@@ -191,6 +210,7 @@ class TrialFit:
         measured: outputs as measured, in file units; NaN is missing.
         before: outputs of the calibrated model without causes.
         after: outputs of the extended model.
+        shapes: where the robot is; None: it was not computed.
     """
 
     file: str
@@ -199,6 +219,7 @@ class TrialFit:
     measured: Table
     before: Table
     after: Table
+    shapes: Centrelines | None = None
 
 
 @dataclass(frozen=True)

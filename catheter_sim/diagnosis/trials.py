@@ -113,6 +113,13 @@ def points_of(columns: Sequence[str]) -> dict[str, dict[str, int]]:
     return found
 
 
+def place_along(point: str) -> float:
+    """Return a number that rises along the robot with bodies and the tip, and is 0 for markers."""
+    if point == "tip":
+        return np.inf
+    return float(point.removeprefix("body_")) if point.startswith("body_") else 0.0
+
+
 # ----------------------------------------------------------------------------------------------------
 # What a measured data set is: trials of one robot.
 

@@ -18,7 +18,6 @@ from catheter_sim.diagnosis.noise import (
     gain_interval,
     gain_percent,
     is_white,
-    outputs_of,
     residual_series,
     rmse_by_unit,
     stretch_squares,
@@ -39,6 +38,7 @@ from catheter_sim.diagnosis.result import (
     TrialFit,
     UnitResult,
 )
+from catheter_sim.diagnosis.shapes import computed_along
 from catheter_sim.diagnosis.thresholds import GAIN_CHANCE, LARGE_GAIN_PERCENT, NEAR_NOISE
 from catheter_sim.diagnosis.trials import TIP, Dataset, Trial, measured_of, unit_of
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
@@ -375,12 +375,12 @@ def trial_fits(problem: Problem, trials: Sequence[Trial], before: Fit, after: Fi
 
 
 def _trial_fit(problem: Problem, trial: Trial, before: Fit, after: Fit) -> TrialFit:
+    first, second, shapes = computed_along(problem, trial, before, after)
     tables = []
-    for result in (before, after):
-        values = outputs_of(problem, trial, result)
+    for values in (first, second):
         columns = {name: values[:, index] for index, name in enumerate(problem.columns)}
         tables.append(Table(trial.outputs.time_s, columns, trial.file))
-    return TrialFit(trial.file, trial.role, trial.outputs.time_s, trial.outputs, tables[0], tables[1])
+    return TrialFit(trial.file, trial.role, trial.outputs.time_s, trial.outputs, tables[0], tables[1], shapes)
 
 
 # ----------------------------------------------------------------------------------------------------

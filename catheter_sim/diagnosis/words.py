@@ -335,12 +335,35 @@ def cause_rows(causes: Sequence[Cause]) -> list[dict[str, Any]]:
     ]
 
 
-def probability_rows(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
-    """Return what is probably at work, most probable first."""
+def probability_rows(diagnosis: DiagnosisResult) -> list[dict[str, Any]]:
+    """Return what is probably at work, most probable first; causes that the data do not tell apart are one.
+
+    `widths` are those of a bar's parts [%]: of each member of such a group its own.
+    """
     names = {"none": "no cause", "outside": "something outside the list"}
+    groups = [cause for cause in (*diagnosis.causes, *diagnosis.corrections) if cause.members]
+    grouped = {name for cause in groups for name in cause.members}
+    found = [
+        (value, names.get(name, words(name)), {name: value})
+        for name, value in diagnosis.probabilities.items()
+        if name not in grouped
+    ]
+    found += [
+        (cause.probability, listed([words(name) for name in cause.members], "or"), dict(cause.members))
+        for cause in groups
+    ]
     return [
-        {"name": names.get(name, words(name)), "value": f"{value:.2f}"}
-        for name, value in sorted(diagnosis.probabilities.items(), key=lambda item: -item[1])
+        {
+            "name": said,
+            "value": f"{value:.2f}",
+            "members": listed([f"{words(name)} {own:.2f}" for name, own in members.items()])
+            if len(members) > 1
+            else "",
+            "widths": [
+                f"{100.0 * value * own / max(sum(members.values()), 1e-12):.1f}" for own in members.values()
+            ],
+        }
+        for value, said, members in sorted(found, key=lambda item: -item[0])
         if value >= LEAST_SHOWN_PROBABILITY
     ]
 

@@ -63,3 +63,14 @@ def json_in_page(value: Any) -> Markup:
 def png_source(png: bytes) -> str:
     """Return a picture as the `src` of an image, so that the page needs no other file."""
     return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
+
+
+def page_script(name: str) -> Markup:
+    """Return a script of this folder, to stand within `<script>`, so that the page needs no other file."""
+    return Markup(resources.files("catheter_sim.page").joinpath(name).read_text(encoding="utf-8"))
+
+
+def page_json(value: Any) -> Markup:
+    """Return a value as JSON to stand within `<script>`: no text in it can end that or begin another one."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))

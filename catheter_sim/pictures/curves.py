@@ -22,7 +22,8 @@ from catheter_sim.units import si_factor
 # ----------------------------------------------------------------------------------------------------
 # How figures are drawn: colours, letters, axes; and a figure as a PNG.
 
-COLOURS = {"measured": "#222222", "before": "#b5532a", "after": "#1f5f8b"}
+# Okabe and Ito 2008: two colours that the colour-blind tell apart.
+COLOURS = {"measured": "#222222", "before": "#d55e00", "after": "#0072b2"}
 LEGEND: dict[str, Any] = {"fontsize": 9, "frameon": False}
 _FIGURE_DPI = 150
 

@@ -37,7 +37,7 @@ class Page(HTMLParser):
                 self.problems.append(f"a picture with the words {given.get('alt')!r}")
             if _KEY.search(_without_files(given.get("alt", ""))):
                 self.problems.append(f"a raw key in a picture's words: {given['alt']}")
-        if tag in ("script", "link", "iframe"):
+        if tag in ("link", "iframe") or (tag == "script" and "src" in given):
             self.problems.append(f"<{tag}>")
         wide = [float(size) for size in _WIDTH.findall(given.get("style", ""))]
         wide += [float(size) for size in [given.get("width", "")] if size.isdigit()]
@@ -57,7 +57,12 @@ class Page(HTMLParser):
         tags = {tag for tag, _ in self.open}
         if "style" in tags:
             self.style += data
-        elif not tags & {"code", "pre", "title"}:  # names of files, commands and keys, shown as such
+        elif not tags & {
+            "code",
+            "pre",
+            "title",
+            "script",
+        }:  # names of files, commands and keys, shown as such
             self.text.append(data)
 
     @property

@@ -16,7 +16,7 @@ ORDER = (
     ("dataset", "frame", "problem", "readings", "result"),
     ("document", "fit", "programmes", "recording", "residuals"),
     ("intervals", "noise", "words"),
-    ("faults_of_columns", "pictures", "workers"),
+    ("faults_of_columns", "pictures", "shapes", "workers"),
     ("variations",),
     ("comparison", "faults_of_readings", "faults_of_trials", "floor", "report", "verdict"),
     ("prepare", "search", "pruning"),

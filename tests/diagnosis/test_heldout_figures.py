@@ -21,7 +21,8 @@ def test_fitted_series_have_the_files_stamps(monkeypatch: pytest.MonkeyPatch) ->
         np.array([0.0, 0.5, 1.25]), "tension", np.zeros((3, 2)), np.zeros((3, 3)), np.zeros((3, 3))
     )
     trial = Trial("a.csv", "train", inputs, Table(stamps, {"tip_x_mm": np.zeros(3)}, "a.csv"))
-    monkeypatch.setattr(verdict, "outputs_of", lambda problem, trial, fit: np.ones((3, 1)))
+    computed = np.ones((3, 1)), np.ones((3, 1)), None
+    monkeypatch.setattr(verdict, "computed_along", lambda *asked: computed)
     problem: Any = SimpleNamespace(columns=("tip_x_mm",))
     nothing: Any = None
     (fit,) = verdict.trial_fits(problem, [trial], nothing, nothing)

@@ -112,7 +112,7 @@ class Blocks(HTMLParser):
         self.open: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: Any) -> None:
-        if tag not in ("img", "meta", "br"):
+        if tag not in ("img", "meta", "br", "input"):
             self.open.append(tag)
         if tag not in self.INSIDE:
             self.texts.append("")
@@ -123,7 +123,7 @@ class Blocks(HTMLParser):
             self.texts.append("")
 
     def handle_data(self, data: str) -> None:
-        if not set(self.open) & {"style", "pre", "title"}:
+        if not set(self.open) & {"style", "pre", "title", "script"}:
             self.texts[-1] += data
 
 

@@ -38,7 +38,7 @@ def test_a_good_page_has_no_fault() -> None:
         ("little", "tip_x_mm", "a raw key: tip_x_mm"),
         ("</table>", "", "closes <table>"),
         ("src=", 'srcset="" src="https://example.org/a.png" title=', "another machine"),
-        ("<p>", "<script></script><p>", "<script>"),
+        ("<p>", '<script src="a.js"></script><p>', "<script>"),
     ],
 )
 def test_every_fault_is_found(good: str, bad: str, says: str) -> None:
