@@ -47,19 +47,6 @@ def rendered(
     return environment.get_template(template).render(context).strip() + "\n"
 
 
-def script(*files: str) -> Markup:
-    """Return scripts of this folder, one after the other, as they stand in a page."""
-    texts = (
-        resources.files("catheter_sim.page").joinpath(name).read_text(encoding="utf-8") for name in files
-    )
-    return Markup("\n".join(texts))
-
-
-def json_in_page(value: Any) -> Markup:
-    """Return a value as JSON that may stand between the tags of a script: it closes none."""
-    return Markup(json.dumps(value).replace("<", "\\u003c"))
-
-
 def png_source(png: bytes) -> str:
     """Return a picture as the `src` of an image, so that the page needs no other file."""
     return "data:image/png;base64," + base64.b64encode(png).decode("ascii")

@@ -29,7 +29,7 @@ from catheter_sim.core.robot import RobotSpec, whole_of
 from catheter_sim.diagnosis.recording import Recording, recording_of
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError, SimulationDiverged, shown
-from catheter_sim.page.render import json_in_page, rendered, script
+from catheter_sim.page.render import page_json, page_script, rendered
 from catheter_sim.public.data import gravity_of, path_of, robot_of
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
@@ -467,7 +467,8 @@ def page_of(live: LiveRobot) -> str:
         if live.played is None
         else {"name": live.played.name, "end_s": float(live.played.inputs.time_s[-1])},
     }
-    context = {"robot": robot.name, "about": json_in_page(about), "script": script("scene.js", "live.js")}
+    scripts = [page_script(name) for name in ("scene.js", "live.js")]
+    context = {"robot": robot.name, "about": page_json(about), "scripts": scripts}
     return rendered("catheter_sim.page", "live.html", context)
 
 

@@ -13,6 +13,7 @@ import catheter_sim as cs
 from catheter_sim.cli.main import main
 
 SECTION = "neuroendoscope_section"
+pytestmark = pytest.mark.slow
 
 
 def began(page: Any) -> None:

@@ -6,7 +6,6 @@ Needs Playwright for Python and Chromium, the system's; where one is missing, on
 from __future__ import annotations
 
 import csv
-import shutil
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -19,18 +18,7 @@ from moving_report import SEVERAL, moving_diagnosis
 from catheter_sim.diagnosis.report import write_results
 from catheter_sim.tables import read_table
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-try:
-    from playwright.sync_api import sync_playwright
-except ImportError:
-    sync_playwright = None
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(
-        sync_playwright is None or CHROMIUM is None,
-        reason="the report is not looked at in a browser: playwright (Python) or chromium is missing",
-    ),
-]
+pytestmark = pytest.mark.slow
 NAME = "loops & knees"
 
 
@@ -40,14 +28,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("report")
     write_results(moving_diagnosis(60, SEVERAL, NAME), place, "<mujoco/>")
     return place
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 @pytest.fixture

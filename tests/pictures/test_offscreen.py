@@ -23,6 +23,8 @@ pytestmark = pytest.mark.slow
 
 ROBOT = load_robot("neuroendoscope_section")
 STILL = (0.0, 0.0, 0.0)
+SIDE = offscreen.Look("side")
+ALONE = offscreen.Look("side", legend=False)
 
 
 def inputs(seconds: list[float], right: list[float]) -> Inputs:
@@ -35,9 +37,7 @@ def drawn(right: float) -> tuple[np.ndarray, np.ndarray]:
     simulator.set_inputs(np.array([right, 0.0]))
     simulator.settle()
     states = [state_of(simulator)]
-    (image,) = offscreen.draw(
-        ROBOT, simulator.model, states, [()], 480, 360, "side", close_up=False, measures=False
-    )
+    (image,) = offscreen.draw(ROBOT, simulator.model, states, [()], 480, 360, ALONE, close_up=False)
     # The background is a pale blue-grey everywhere; PEEK, metal and tendons are not.
     return np.nonzero(np.abs(image.astype(int) - image[2, 2]).max(axis=2) > 30)
 
@@ -57,7 +57,7 @@ def test_picture_shows_the_last_row_after_those_before_it(tmp_path: Path) -> Non
     """The same last row gives another picture where friction holds what came before it."""
     for name, before in (("loaded.png", 0.0), ("unloaded.png", 0.4)):
         row = inputs([0.0, 1.0], [before, 0.2])
-        offscreen.render(ROBOT, row, STILL, tmp_path / name, 480, 360, "side")
+        offscreen.render(ROBOT, row, STILL, tmp_path / name, 480, 360, SIDE)
     loaded, unloaded = (np.asarray(Image.open(tmp_path / name)) for name in ("loaded.png", "unloaded.png"))
     assert loaded.shape == (360, 480, 3)
     assert (np.abs(loaded.astype(int) - unloaded).max(axis=2) > 30).sum() > 500
@@ -66,7 +66,7 @@ def test_picture_shows_the_last_row_after_those_before_it(tmp_path: Path) -> Non
 def test_video_covers_the_time_of_the_inputs(tmp_path: Path) -> None:
     """Half a second of inputs is half a second of video, and the robot moves from frame to frame."""
     path = tmp_path / "a.mp4"
-    offscreen.render(ROBOT, inputs([0.0, 0.5], [0.0, 0.3]), STILL, path, 320, 240, "side")
+    offscreen.render(ROBOT, inputs([0.0, 0.5], [0.0, 0.3]), STILL, path, 320, 240, SIDE)
     frames = imageio.imread(path, plugin="pyav").astype(int)
     assert frames.shape == (round(0.5 * offscreen.FPS) + 1, 240, 320, 3)
     moved = [(np.abs(frame - frames[0]).max(axis=2) > 40).sum() for frame in frames]
@@ -141,19 +141,19 @@ def test_the_robot_fills_the_picture() -> None:
 def test_several_rows_stand_in_one_picture_each_where_it_stands_alone(tmp_path: Path) -> None:
     """Of a straight and a bent posture both are seen; a row that is not there is one line."""
     history = inputs([0.0, 1.0, 2.0], [0.0, 0.4, 0.2])
-    offscreen.render(ROBOT, history, STILL, tmp_path / "a.png", 480, 360, "side", rows=(0, 1))
+    offscreen.render(ROBOT, history, STILL, tmp_path / "a.png", 480, 360, SIDE, rows=(0, 1))
     both = np.asarray(Image.open(tmp_path / "a.png")).astype(int)
     robot = np.nonzero(np.abs(both - both[2, 240]).max(axis=2) > 60)
     for other in ((0,), (1,)):
-        offscreen.render(ROBOT, history, STILL, tmp_path / "b.png", 480, 360, "side", rows=other)
+        offscreen.render(ROBOT, history, STILL, tmp_path / "b.png", 480, 360, SIDE, rows=other)
     assert np.ptp(robot[1]) > 150  # from the straight one to the bent one's tip
     assert np.ptp(robot[0]) > 250
     with pytest.raises(InputError, match="row 4: the inputs have the rows 1 to 3"):
-        offscreen.render(ROBOT, history, STILL, tmp_path / "c.png", 480, 360, "side", rows=(0, 3))
+        offscreen.render(ROBOT, history, STILL, tmp_path / "c.png", 480, 360, SIDE, rows=(0, 3))
     with pytest.raises(InputError, match=r"several rows are shown in a picture; choices: \.png"):
-        offscreen.render(ROBOT, history, STILL, tmp_path / "c.mp4", 480, 360, "side", rows=(0, 1))
+        offscreen.render(ROBOT, history, STILL, tmp_path / "c.mp4", 480, 360, SIDE, rows=(0, 1))
     with pytest.raises(InputError, match=r"curves stand beside a video; choices: \.mp4, \.gif"):
-        offscreen.render(ROBOT, history, STILL, tmp_path / "c.png", 480, 360, "side", curves=True)
+        offscreen.render(ROBOT, history, STILL, tmp_path / "c.png", 480, 360, SIDE, curves=True)
 
 
 def test_a_pulled_tendon_is_red_and_a_slack_one_grey() -> None:
@@ -167,9 +167,7 @@ def test_a_pulled_tendon_is_red_and_a_slack_one_grey() -> None:
         states.append(state_of(simulator, pulled))
     slack, taut = (
         int((image[:, :, 0].astype(int) - image[:, :, 1:].max(axis=2) > 90).sum())
-        for image in offscreen.draw(
-            ROBOT, simulator.model, states, [()] * 2, 960, 720, "side", close_up=False, measures=False
-        )
+        for image in offscreen.draw(ROBOT, simulator.model, states, [()] * 2, 960, 720, ALONE, close_up=False)
     )
     assert slack == 0
     assert taut > 60
@@ -178,7 +176,7 @@ def test_a_pulled_tendon_is_red_and_a_slack_one_grey() -> None:
 def test_an_animation_with_curves_covers_the_time_of_the_inputs(tmp_path: Path) -> None:
     """A picture of the asked size, as many frames as a video has."""
     history = inputs([0.0, 0.2], [0.0, 0.3])
-    offscreen.render(ROBOT, history, STILL, tmp_path / "a.gif", 321, 200, "side", curves=True)
+    offscreen.render(ROBOT, history, STILL, tmp_path / "a.gif", 321, 200, SIDE, curves=True)
     with Image.open(tmp_path / "a.gif") as shown:
         assert shown.size == (321, 200)
         assert shown.n_frames == round(0.2 * offscreen.FPS) + 1

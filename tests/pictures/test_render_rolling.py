@@ -152,7 +152,14 @@ def test_section_is_drawn_bent_toward_plus_x(name: str) -> None:
     simulator.settle()
     states = [state_of(simulator)]
     (picture,) = offscreen.draw(
-        simulator.robot, simulator.model, states, [()], 640, 480, "side", close_up=False, measures=False
+        simulator.robot,
+        simulator.model,
+        states,
+        [()],
+        640,
+        480,
+        offscreen.Look("side", legend=False),
+        close_up=False,
     )
     image = picture.astype(int)
     row, column = np.nonzero(np.abs(image - image[2, 2]).max(axis=2) > 40)
@@ -189,9 +196,8 @@ def test_pictures_of_a_history_do_not_depend_on_one_another() -> None:
             [()] * 3,
             320,
             240,
-            "side",
+            offscreen.Look("side", legend=False),
             close_up=False,
-            measures=False,
         )
     )
     assert np.array_equal(drawn[0], drawn[2])
@@ -204,9 +210,8 @@ def test_pictures_of_a_history_do_not_depend_on_one_another() -> None:
             [()] * 3,
             320,
             240,
-            "side",
+            offscreen.Look("side", legend=False),
             close_up=False,
-            measures=False,
         )
     )
     assert np.array_equal(again[1], drawn[1])
