@@ -217,3 +217,16 @@ def test_a_reports_folder_is_opened(tmp_path: Path, capsys: pytest.CaptureFixtur
     (tmp_path / "report.html").unlink()
     assert main(["view", str(tmp_path)]) == 2
     assert "no report.html" in capsys.readouterr().err
+
+
+def test_gravity_and_a_shared_channel_act_as_in_a_simulation() -> None:
+    """Hung in gravity; a channel that pulls two tendons gives each its half."""
+    live = live_robot(load_robot("neuroendoscope"), (0.0, 0.0, -9.81))
+    live.advance()
+    assert live.simulator.model.opt.gravity.tolist() == [0.0, 0.0, -9.81]
+    shared = next(drive for drive in live.drives if len(drive.tendons) > 1)
+    live.ask({"set": {shared.column: 0.2}})
+    np.testing.assert_allclose(live._tendon()[list(shared.tendons)], 0.2 * np.array(shared.parts))
+    live.ask({"set": {"gravity_z_mps2": 0.0}})
+    live.advance()
+    assert live.simulator.model.opt.gravity.tolist() == [0.0, 0.0, 0.0]
