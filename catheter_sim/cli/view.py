@@ -55,6 +55,8 @@ def run(options: argparse.Namespace) -> int:
         if not options.no_browser:
             webbrowser.open(place.as_uri())
         return 0
+    if options.trial is not None and options.inputs is None:
+        raise InputError(f"--trial {options.trial}: of which data set? Give its folder by --inputs")
     from catheter_sim.viewer import no_screen
 
     web = options.web or options.host is not None or options.inputs is not None or no_screen()

@@ -71,6 +71,7 @@ def test_without_a_screen_it_says_so_in_one_line(run: Run, monkeypatch: pytest.M
     assert "ssh -L" in shown
     assert "no_such_robot" in run("view", "no_such_robot").error()
     assert "--gravity" in run("view", "neuroendoscope", "--gravity", "down").error()
+    assert "--inputs" in run("view", "neuroendoscope", "--trial", "first").error()
 
 
 def test_a_display_that_does_not_answer_is_one_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
