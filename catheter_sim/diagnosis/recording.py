@@ -120,7 +120,7 @@ def _of_trial(robot: RobotSpec, folder: Path, file: str, other_robot: bool) -> R
         place = folder / own.robot_reference
         raise InputError(
             f"{folder / file}: measured on {own.robot.name}, not on {robot.name}; "
-            f"give {place if place.is_file() else own.robot_reference}, or --other-robot to take it"
+            f"give {place if place.is_file() else own.robot_reference}, or say --other-robot to take it"
         )
     data = own if own.robot == robot else load_dataset(folder, robot)
     found = next(item for item in data.trials if item.file == file)

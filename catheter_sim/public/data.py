@@ -364,7 +364,8 @@ def inputs(robot: RobotSpec | str | os.PathLike[str], table: Any) -> Inputs:
 def read_inputs(robot: RobotSpec | str | os.PathLike[str], path: str | os.PathLike[str]) -> Inputs:
     """Return what drives `robot`, from a CSV file with `time_s` and the robot's channels.
 
-    A trial's own file is read as the `dataset.toml` beside it says. Output columns are passed over.
+    A trial's own file is read as the `dataset.toml` beside it says; it must be of this robot. Output columns
+    are passed over.
 
     Raises:
         InputError: the file cannot be read, or as for `inputs`; the message names the line.
@@ -378,7 +379,7 @@ def read_inputs(robot: RobotSpec | str | os.PathLike[str], path: str | os.PathLi
     """
     from catheter_sim.diagnosis.recording import recording_of
 
-    return recording_of(robot_of(robot), path_of(path, "inputs"), other_robot=True).inputs
+    return recording_of(robot_of(robot), path_of(path, "inputs")).inputs
 
 
 def inputs_of(robot: RobotSpec, given: Any) -> Inputs:

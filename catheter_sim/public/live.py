@@ -547,6 +547,6 @@ def view(
     value = robot_of(robot)
     x, y, z = gravity_of(gravity_mps2).tolist()
     place = whole_of(port, "port", "the number of a port", 0)
-    recording = None if inputs is None else recording_of(value, path_of(inputs, "inputs"), other_robot=True)
+    recording = None if inputs is None else recording_of(value, path_of(inputs, "inputs"))
     name = "" if inputs is None else Path(inputs).name
     return LiveView(LiveServer(live_robot(value, (x, y, z), recording, name), port=place))

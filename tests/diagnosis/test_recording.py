@@ -165,9 +165,12 @@ def test_a_trial_of_another_robot_is_refused_unless_asked_for(
     words = ("--model", "pcca", "--inputs", mapped / "log.csv", "-o", tmp_path / "out.csv")
     assert ran("statics", own, *words) == 2
     assert (
-        f"measured on {SECTION}, not on another; give {SECTION}, or --other-robot" in capsys.readouterr().err
+        f"measured on {SECTION}, not on another; give {SECTION}, or say --other-robot"
+        in capsys.readouterr().err
     )
     assert ran("statics", own, *words, "--other-robot") == 0
+    with pytest.raises(InputError, match="measured on"):
+        cs.read_inputs(own, mapped / "log.csv")
 
 
 def test_a_folder_needs_its_trial(mapped: Path, tmp_path: Path) -> None:
