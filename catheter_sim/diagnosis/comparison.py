@@ -21,6 +21,9 @@ finds, and of a robot in motion nothing more. Why: what is white from row to row
 WILD_ERROR = 3.0
 """[times the error's white part] A row's error beyond it counts as so much there. Why: one row in a hundred
 at ten times the noise makes the whole error 1.4 times as large, and has no cause."""
+MOST_WILD_SHARE = 0.03
+"""[share of the values] Beyond which values so far off are no wild ones. Why: of a tracker one row in a
+hundred may be; a jump late in a record is off in one row of ten."""
 MENDING_NUMBERS = 1
 """[numbers] Of a model that is known to be wrong, a set with more numbers more than a chosen one says nothing
 against it. Why: measured on a trunk with a hung weight, where a gain and a coupling of twelve and six numbers
@@ -53,12 +56,15 @@ def as_good(best: Fit, other: Fit) -> bool:
 def leaves_only_noise(problem: Problem, best: Fit, factor: float = SETTLED_FACTOR) -> bool:
     """Return whether a hypothesis leaves no more than `factor` times what is white from row to row.
 
-    A wild row counts as `WILD_ERROR`; of a robot in motion all of it, as there a cause may show in few rows.
+    A wild row counts as `WILD_ERROR`, where few are (`MOST_WILD_SHARE`); of a robot in motion all of it, as
+    there a cause may show in few rows.
     """
     series = residual_series(problem, best)
     for unit, size in residual_noise(problem, best).items():
         errors = np.concatenate([part for name in series if unit_of(name) == unit for part in series[name]])
-        most = np.inf if problem.moving else WILD_ERROR * size
+        most = WILD_ERROR * size
+        if problem.moving or np.mean(np.abs(errors[np.isfinite(errors)]) > most) > MOST_WILD_SHARE:
+            most = np.inf
         tame = np.clip(errors, -most, most)
         if np.sqrt(np.nanmean(tame**2)) > factor * size:
             return False

@@ -46,6 +46,9 @@ FOLD_CONVERGED = 1e-3
 FOLD_FIRST_ORDER = 0.1
 """[share of the error of the rows left out] The change by which these rows may be predicted to first order.
 Why: what bends on so short a way changes their error by a hundredth or so, a third of what pays."""
+PIECE_ROWS = 2
+"""[rows compared] Of a piece that is left out between others. Why: assumed; the noise of most trackers is
+nearly white, and chance needs six pieces to be ruled out."""
 MOST_FOLD_STEPS = 12
 """[steps] Of a fit without a fold. Why: it starts at the fit to all rows."""
 NO_INFLUENCE = 1e-2
@@ -225,13 +228,31 @@ def no_equilibrium_residual(problem: Problem) -> float:
 
 
 def blocks_of(problem: Problem, fewest: int = 2 * FOLDS) -> np.ndarray:
-    """Return the block of each residual: its row's stretch (`diagnosis.trials.stretch_of`), shape (n,)."""
+    """Return the block of each residual: its row's stretch (`diagnosis.trials.stretch_of`), shape (n,).
+
+    Of an interleaved problem it is a piece of one, numbered so that neighbours are in different folds.
+    """
     labels = stretch_of(problem.trials, problem.moving, fewest)
+    if problem.interleaved:
+        labels = _interleaved(labels, PIECE_ROWS * problem.every)
     parts = []
     for trial, label in zip(problem.trials, labels, strict=True):
         finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
         parts.append(np.broadcast_to(label[:: problem.every, None], finite.shape)[finite])
     return np.concatenate(parts)
+
+
+def _interleaved(stretches: Sequence[np.ndarray], rows: int) -> list[np.ndarray]:
+    """Return the piece of each row, of about so many rows of a stretch; neighbours' numbers are far apart."""
+    found, count = [], 0
+    for label in stretches:
+        pieces = np.zeros(len(label), dtype=int)
+        for stretch in np.unique(label):
+            own = np.flatnonzero(label == stretch)
+            for part in np.array_split(own, max(1, len(own) // rows)):
+                pieces[part], count = count, count + 1
+        found.append(pieces)
+    return [pieces % FOLDS * count + pieces // FOLDS for pieces in found]
 
 
 def fold_of(block: np.ndarray, folds: int = FOLDS) -> np.ndarray:
@@ -664,6 +685,16 @@ def fit(
     rough = _rms(at.error) > worth
     left_out = left_out_residuals(task, at, block, not rough) if cross_validate else at.error
     return Fit(tuple(terms), numbers, at.x, at.error, at.jacobian, held, block, left_out, rough)
+
+
+def left_out_anew(problem: Problem, found: Fit) -> Fit:
+    """Return a fit with `left_out` as `problem` leaves rows out; the fit's own problem did otherwise."""
+    block = blocks_of(problem)
+    if not len(found.numbers):
+        return replace(found, block=block)
+    task = FitTask(problem, found.numbers, box_of(found.numbers), prior_of(found.numbers))
+    at = Linearised(found.x, found.residual, found.jacobian)
+    return replace(found, block=block, left_out=left_out_residuals(task, at, block, not found.rough))
 
 
 def _rms(error: Array) -> float:

@@ -219,6 +219,7 @@ def investigate_prepared(
     before = calibrate(split)
     faults = without_explained_faults(run, split, before, find_data_faults(split, before))
     choice = chosen or choose_causes(run, split, faults, most)
+    split = choice.applied(split)
     attempt = Attempts()
     kept, examined, scores, verdict, replayed = _settle(
         run, split, before, choice, faults, simulation, attempt

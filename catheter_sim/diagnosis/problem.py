@@ -73,6 +73,7 @@ class Problem:
         every: each so-many-th row is compared; the others still make the history.
         moving: the robot moved while it was measured; otherwise each row was held.
         model_share: share of the error without causes that a right cause may leave, beside the noise.
+        interleaved: what is left out of a fit by turns are short pieces between others, not whole stretches.
         repeatability: by how much a second recording of the same would differ, by unit, where that is known.
         resolution: step of the readings, by column that shows one.
     """
@@ -88,6 +89,7 @@ class Problem:
     repeatability: Mapping[str, float] = field(default_factory=dict)
     resolution: Mapping[str, float] = field(default_factory=dict)
     model_share: float = 0.0
+    interleaved: bool = False
 
 
 def further_terms(robot: RobotSpec, effect: str, moving: bool = False) -> tuple[Term, ...]:

@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.core.effect import Stage
 from catheter_sim.core.variation import MARK, Variation, number_varied, variation_of
 from catheter_sim.diagnosis.comparison import (
     as_good,
@@ -21,7 +22,7 @@ from catheter_sim.diagnosis.comparison import (
     rivals_of,
     within_model,
 )
-from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.fit import Fit, fit, left_out_anew
 from catheter_sim.diagnosis.problem import (
     Problem,
     Term,
@@ -37,6 +38,7 @@ from catheter_sim.diagnosis.thresholds import (
     MOST_FIT_STEPS,
     NEAR_NOISE,
     PAYS_CHANCE,
+    PAYS_SHARE,
 )
 from catheter_sim.diagnosis.variations import (
     Promise,
@@ -44,6 +46,8 @@ from catheter_sim.diagnosis.variations import (
     along_robot,
     along_rows,
     beside_fit,
+    courses,
+    courses_near,
     part_names,
     promises,
     telling,
@@ -60,6 +64,7 @@ from catheter_sim.diagnosis.workers import (
     map_calls,
     misled,
     reached,
+    secant,
     shortlist,
     tangent,
     values_at,
@@ -115,8 +120,17 @@ VARIED_WORTH = 1.5
 """[times the error of the set where the search has come to] A number that varies is not fitted where its
 derivative promises more. Why: of three planted ones it promised at most 1.04 times what the fit left
 (`tests/diagnosis/test_varying_planted.py`)."""
+NEARER_ROUNDS = 4
+"""[fits] One after the other in which a step, or a kink, is placed anew. Why: assumed; where a number varies
+much each derivative leads a part of the way."""
+VARIED_NEAR = 1.6
+"""[times the error that the best of them promises] Of each further cause the best is fitted, too. Why: of a
+zero that grows with level the derivative promised 1.5 times what the best did."""
 VARIED_EACH = 3
 """[hypotheses] The same, of one cause. Why: assumed; what a number varies with is told only after a fit."""
+LEFT_OF_FEW = 2.0
+"""[times the error's white part] Left at most of what a number that varies shows in few stretches. Why:
+coloured noise is up to 1.4 times its white part, and a step is placed to a row."""
 UNLISTED = "unlisted"  # the form of a cause whose number follows a curve
 MOST_FORMS = 8
 """[hypotheses] Other variants of a set's causes, fitted where the search would end. Why: assumed; it bounds
@@ -249,6 +263,7 @@ class Search:
         deadline: on the clock of `time.monotonic`, when nothing more is tried [s].
         fits: by hypothesis.
         tangents: of terms beside the fit of a hypothesis.
+        secants: the same by changes that matter, of terms whose numbers may vary.
         lacking: what it does to take one of its terms from the fit of a hypothesis.
         steps: by the hypotheses from which and to which, what the step reaches with the full model.
     """
@@ -259,6 +274,7 @@ class Search:
     deadline: float = math.inf
     fits: dict[frozenset[Term], Fit] = field(default_factory=dict)
     tangents: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
+    secants: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
     lacking: dict[tuple[frozenset[Term], Term], Tangent] = field(default_factory=dict)
     steps: dict[tuple[frozenset[Term], frozenset[Term]], tuple[float, Known]] = field(default_factory=dict)
 
@@ -319,10 +335,11 @@ class Search:
             for (start, terms), (gone, come) in zip(hypotheses, keys, strict=True)
         ]
 
-    def probe(self, start: Fit, terms: Sequence[Term]) -> None:
-        """Work out what terms do beside a fit (`tangents`)."""
+    def probe(self, start: Fit, terms: Iterable[Term], largely: Iterable[Term] = ()) -> None:
+        """Work out what terms do beside a fit (`tangents`), and what some do by a change that matters."""
         mine = frozenset(start.terms)
         self._probed(self.tangents, {(mine, term): start for term in terms}, tangent)
+        self._probed(self.secants, {(mine, term): start for term in largely}, secant)
 
     def _probed(
         self,
@@ -599,30 +616,85 @@ def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
 # has come to. The best are fitted, and from the best of these all are ranked once more.
 
 
-def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int) -> None:
+def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few: bool = False) -> None:
     """Lengthen `path` by the best hypothesis in which a number varies, where it pays.
 
-    The chance is shared among all that numbers may vary with.
+    The chance is shared among all that numbers may vary with; not of what is seen in few stretches (`few`),
+    of which nothing but noise may be left.
     """
     problem, best = search.problem, path[-1]
-    rows = telling(problem)
+    rows = telling(problem, courses(problem))
     worth = (VARIED_WORTH * best.cross_validated_rms) ** 2 * len(best.left_out)
     found: list[Fit] = []
     for start in path[:1] if leaves_only_noise(problem, best) else _distinct([path[0], best]):
         asked = [*start.terms, *(term for term in terms if term not in start.terms)]
         likely = [item for item in _promised(search, start, asked, rows) if item.cost <= worth]
-        few = [(item.terms, item.known) for item in likely if len(item.terms) <= most]
-        found += search.fitted(few[:VARIED])
-    for leading in in_order(found)[:1]:  # there the derivative tells more
-        varied = [term for term in leading.terms if any(MARK in name for name in term.free)]
-        nearer = _promised(search, leading, varied, rows)
-        found += search.fitted([(item.terms, item.known) for item in nearer])
+        allowed = [item for item in likely if len(item.terms) <= most]
+        first = {item.effect: item for item in reversed(allowed)}  # the best of each effect
+        near = [item for item in first.values() if item.cost <= VARIED_NEAR**2 * allowed[0].cost]
+        picked = allowed[:VARIED] + [item for item in near if item not in allowed[:VARIED]]
+        found += search.fitted([(item.terms, item.known) for item in picked])
+    for number, leading in enumerate(_leading(found)):
+        found += _nearer(search, leading, rows, all_kinds=number == 0)
     if found:
         front = simplest(in_order(found)[0], found)
         search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
         kinds = {(items[0].along, items[0].channel) for items, _ in rows}
-        if pays(best, front, PAYS_CHANCE / (1 + len(kinds))):  # one of many does well by chance
+        shared = PAYS_CHANCE / (1 + len(kinds))  # one of many does well by chance
+        enough = not few or leaves_only_noise(problem, front, LEFT_OF_FEW)
+        if enough and pays(best, front, PAYS_CHANCE if few else shared):
             path.append(front)
+
+
+def _nearer(
+    search: Search,
+    leading: Fit,
+    rows: Sequence[tuple[tuple[Variation, ...], Array]],
+    all_kinds: bool,
+) -> list[Fit]:
+    """Return fits in which a number varies otherwise than in a leading one, where derivatives tell more.
+
+    In the best of all, and in others than its kind, if `all_kinds` is asked; again, while that gains.
+    """
+    found: list[Fit] = []
+    for _ in range(NEARER_ROUNDS):
+        varied = [term for term in leading.terms if any(MARK in name for name in term.free)]
+        steps = [variation_of(name) for term in varied for name in term.free if MARK in name]
+        finer = [telling(search.problem, courses_near(search.problem, item)) for item in steps]
+        likely = _promised(search, leading, varied, [*rows, *(way for ways in finer for way in ways)])
+        asked = likely if all_kinds and not found else likely[:1]
+        found += search.fitted([(item.terms, item.known) for item in asked])
+        best = in_order([leading, *found])[0]
+        if best.cross_validated_rms > (1.0 - PAYS_SHARE) * leading.cross_validated_rms:
+            break
+        leading = best
+    return found
+
+
+def _leading(found: Sequence[Fit]) -> list[Fit]:
+    """Return the best fits of each set of causes that are near the best of all (`VARIED_NEAR`)."""
+    first = _distinct(in_order(found))
+    return [item for item in first if item.cross_validated_rms <= VARIED_NEAR * first[0].cross_validated_rms]
+
+
+def vary_in_few_stretches(search: Search, path: list[Fit], terms: Sequence[Term]) -> None:
+    """Lengthen `path` by a single cause of which a number varies, seen in too few stretches to leave one out.
+
+    From a late moment on, say, of the longest trial. Then pieces between others are left out by turns, as of
+    all fits from there on. What imitates a cause in few stretches does so there, too; so nothing but noise
+    may be left.
+    """
+    pieces = replace(search.problem, interleaved=True)
+    other = replace(search, problem=pieces, fits={})
+    found = other.fitted([((), {})])
+    vary(other, found, terms, most=1, few=True)
+    if len(found) > 1:
+        kept = [key for key in search.fits if key not in other.fits]
+        again = map_calls(
+            search.pool, left_out_anew, [(pieces, search.fits[key]) for key in kept], search.deadline
+        )
+        search.problem, search.fits = pieces, {**dict(zip(kept, again, strict=True)), **other.fits}
+        path[:] = found
 
 
 def _promised(
@@ -641,14 +713,14 @@ def _promised(
         more = [name for name in numbers[term] if name not in term.free]
         more += [part for name in numbers[term] if term in local for part in part_names(name)]
         wide[term] = Term(term.effect, tuple(dict.fromkeys((*term.free, *more))))
-    search.probe(start, [item for item in {*asked, *wide.values()} if item not in mine])
+    search.probe(start, [item for item in asked if item not in mine], largely={*wide.values()} - mine)
     found = []
     for term, form in forms.items():
         change = None if term in mine else search.tangents[mine, term]
         at = beside_fit(start, term, change, form.only_varies)
         columns = dict(at.own)
         if wide[term] not in mine:
-            probe = search.tangents[mine, wide[term]]
+            probe = search.secants[mine, wide[term]]
             columns |= {name: column for (_, name), column in zip(probe.keys, probe.columns.T, strict=True)}
         along = EFFECTS[term.effect].varies_with(form)
         usable = [(items, values) for items, values in rows if items[0].along in along]
@@ -661,6 +733,25 @@ def _promised(
                 ways += along_robot(name, np.stack(parts, axis=1))
         found += promises(start, at, ways, VARIED_EACH) if ways else []
     return unlike(found, VARIED_EACH)
+
+
+def varying_singles(problem: Problem, candidates: Sequence[str], pool: Workers = SERIAL) -> tuple[Fit, ...]:
+    """Return the best fit of a single effect of which a number varies, where it pays; () where none does.
+
+    What acts on what is observed is not asked: whatever the tracker does, a number of it may follow.
+    """
+    problem = replace(with_fewer_rows(problem), interleaved=True)
+    search = Search(pool, problem, lambda line: None)
+    path = search.fitted([((), {})])
+    if not isinstance(problem.twin, Prediction):
+        return ()
+    terms = [term for name in candidates for term in terms_for(problem.robot, name, problem.moving)]
+    terms += _varying_terms(problem, candidates)
+    forms = {term: EFFECTS[term.effect].form_of(problem.robot, term.free) for term in terms}
+    vary(
+        search, path, [term for term in terms if forms[term].stage is not Stage.OBSERVATION], most=1, few=True
+    )
+    return tuple(path[1:])
 
 
 def _varies(item: Fit) -> bool:
@@ -716,6 +807,7 @@ class Selection:
         chosen: the chosen hypothesis.
         equals: those of `tried` that do as well with another effect in the place of a chosen one.
         unfinished: time ran out, so that the chosen hypothesis is the best so far.
+        interleaved: what was left out of fits were pieces between others (`vary_in_few_stretches`).
     """
 
     null: Fit
@@ -725,6 +817,7 @@ class Selection:
     chosen: Fit
     equals: tuple[Fit, ...]
     unfinished: bool = False
+    interleaved: bool = False
 
 
 def candidates_for(problem: Problem) -> tuple[str, ...]:
@@ -771,7 +864,8 @@ def select(
     if not _varies(path[-1]):
         path = [item for item in path if not _varies(item)]
     tried = tuple(item for item in search.tried if _varies(path[-1]) or not _varies(item))
-    return Selection(null, tuple(singles), tried, tuple(path), path[-1], tuple(equals), search.late)
+    late, pieces = search.late, search.problem.interleaved
+    return Selection(path[0], tuple(singles), tried, tuple(path), path[-1], tuple(equals), late, pieces)
 
 
 def _searched(
@@ -800,7 +894,12 @@ def _searched(
                 singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
         if left == CHOICE_ROUNDS - 1 and _may_vary(search, path):
-            vary(search, path, (*simple, *detailed, *_varying_terms(problem, candidates)), most)
+            numbers = (*simple, *detailed, *_varying_terms(problem, candidates))
+            vary(search, path, numbers, most)
+            if not (leaves_only_noise(problem, path[-1], NEAR_NOISE) or search.late):
+                vary_in_few_stretches(search, path, numbers)
+                problem, null = search.problem, path[0]
+                singles = [search.fits[frozenset(item.terms)] for item in singles]
         done = search.late or within_model(problem, null, path[-1])
         if left == CHOICE_ROUNDS - 1 and not done and not leaves_only_noise(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])

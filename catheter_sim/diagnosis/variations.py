@@ -6,7 +6,7 @@ course of every number of every cause is ranked by the stretches left out; only 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,8 +21,8 @@ from catheter_sim.diagnosis.workers import Tangent, beside
 from catheter_sim.effects.varying import argument
 
 QUANTILES = tuple(share / 100.0 for share in range(6, 95, 4))
-"""[shares of the rows] Where a number may step. Why: a step in time is to be told to a fifth of the
-record, and a derivative costs next to nothing."""
+"""[shares of the rows, and of the most] Where a number may step. Why: a step in time is to be told to a
+fifth of the record, and a derivative costs next to nothing."""
 KNOTS = (0.2, 0.4, 0.6, 0.8)
 """[shares of the rows] Of a curve, besides none and the most. Why: assumed; five numbers, each of a
 fifth of the rows."""
@@ -38,6 +38,11 @@ NOTHING_NEW = 1e-2
 hundredth of it is noise."""
 FEWEST_ROWS = 8
 """[rows] With a course above zero, and without. Why: assumed; fewer are a few wild rows."""
+FINER_SHARE = 0.05
+"""[share of the rows] On either side of a step that was found, where it is looked for again. Why: a little
+more than from one place of `QUANTILES` to the next."""
+FINER_PLACES = 60
+"""[places] Where it is looked for there. Why: every row's place of some 600 that are compared."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +85,7 @@ def courses(problem: Problem) -> Iterator[tuple[Variation, ...]]:
             ways += [("saturating", (_rounded(share * most),)) for share in (0.05, 0.3)]
         if along in ("time", "path"):
             ways.append(("logarithmic", (_rounded(0.01 * most),)))
-        places = sorted({_rounded(float(value)) for value in np.quantile(levels[levels > 0.0], QUANTILES)})
-        for place in (value for value in places if value < most):
+        for place in _places(levels, most):
             ways.append(("step", (place,)))
             if along in ("time", "level"):
                 ways.append(("ramp", (place, most)))
@@ -93,6 +97,30 @@ def courses(problem: Problem) -> Iterator[tuple[Variation, ...]]:
         if along in ("time", "level", "path") and len(knots) > 3:
             ends = zip(knots, knots[1:], [*knots[2:], knots[-1]], strict=False)
             yield tuple(Variation("", along, "hat", channel, at) for at in ends)
+
+
+def _places(levels: Array, most: float) -> list[float]:
+    """Return where a number may step: after shares of the rows, and of the way to the most.
+
+    The longest of several trials may have few rows, whose times no share of all rows lies among.
+    """
+    found = [*np.quantile(levels[levels > 0.0], QUANTILES), *(share * most for share in QUANTILES)]
+    return sorted({_rounded(float(value)) for value in found if value < most})
+
+
+def courses_near(problem: Problem, item: Variation) -> Iterator[tuple[Variation, ...]]:
+    """Yield courses like `item` that step, or kink, a little earlier or later; none of other shapes."""
+    if item.along == "place" or item.shape not in ("step", "ramp"):
+        return
+    levels = np.concatenate(_levels(problem, item.along, item.channel))
+    values, counts = np.unique(levels, return_counts=True)
+    between = 0.5 * (values[:-1] + values[1:])
+    share = np.cumsum(counts)[:-1] / len(levels)
+    near = np.flatnonzero(np.abs(share - np.mean(levels <= item.at[0])) <= FINER_SHARE)
+    picked = np.unique(np.linspace(0, max(len(near) - 1, 0), FINER_PLACES).round().astype(int))
+    for place in between[near[picked[: len(near)]]].tolist():
+        if place > 0.0:
+            yield (replace(item, number="", at=(place, *item.at[1:])),)
 
 
 def _rounded(value: float) -> float:
@@ -166,7 +194,7 @@ def beside_fit(current: Fit, term: Term, change: Tangent | None, only: bool = Fa
     columns = {item.key: column for item, column in zip(current.numbers, current.jacobian.T, strict=True)}
     terms, error = current.terms, current.residual
     if change is not None:
-        terms, error = beside(current.terms, term), change.error
+        terms, error = beside(current.terms, term), current.residual if only else change.error
         columns |= dict(zip(change.keys, change.columns.T, strict=True))
     for item, value in zip(current.numbers, current.x, strict=True) if change is None else ():
         if item.effect == term.effect and MARK in item.parameter.name:
@@ -224,13 +252,15 @@ def part_names(number: str) -> tuple[str, ...]:
     )
 
 
-def telling(problem: Problem) -> list[tuple[tuple[Variation, ...], Array]]:
-    """Return the courses that are more and less than half of their most at enough rows, with their values.
+def telling(
+    problem: Problem, asked: Iterable[tuple[Variation, ...]]
+) -> list[tuple[tuple[Variation, ...], Array]]:
+    """Return the courses that are more and less than a quarter of their most at enough rows, with values.
 
     Values are those at the residuals, shape (n, k); a curve has one for each of its hats.
     """
     found = []
-    for items in courses(problem):
+    for items in asked:
         values = np.stack([course_of(problem, item) for item in items], axis=1)
         if all(_tells(column) for column in values.T):
             found.append((items, values))
@@ -238,7 +268,7 @@ def telling(problem: Problem) -> list[tuple[tuple[Variation, ...], Array]]:
 
 
 def _tells(values: Array) -> bool:
-    more = values > 0.5 * values.max()
+    more = values > 0.25 * values.max()
     return min(int(more.sum()), int((~more).sum())) >= FEWEST_ROWS
 
 

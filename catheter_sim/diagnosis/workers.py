@@ -78,6 +78,9 @@ PROBE_HALVINGS = 2
 """[halvings] Of a probe's step that makes things worse, at most. Why: the play of a robot in motion started
 four times too wide (draw 4 of the bench in motion, seed 12), and was not among those fitted: 25 minutes
 instead of one."""
+SECANT_STEP = 1.0
+"""[scales of the parameter] Of the derivative that tells by how much a number may vary. Why: a change that
+matters; a twentieth of it is lost in the friction of a tendon."""
 SHORTLIST = 3
 """[hypotheses] Beyond those to be fitted, of which the first step is computed with the full model. Why: their
 derivatives rank them well but not surely."""
@@ -728,18 +731,36 @@ def tangent(problem: Problem, current: Fit, term: Term) -> Tangent:
     return _toward(problem, current, beside(current.terms, term))
 
 
+def secant(problem: Problem, current: Fit, term: Term) -> Tangent:
+    """Return the same from where `term` does nothing, by changes that matter.
+
+    A drive's zero does nothing at first where friction holds, or on one side where a tendon is slack.
+    """
+    numbers = fitted_numbers(problem, (term,))
+    idle = {fitted.key: fitted.parameter.null for fitted in numbers}
+    return _toward(problem, current, beside(current.terms, term), SECANT_STEP, idle)
+
+
 def without(problem: Problem, current: Fit, term: Term) -> Tangent:
     """Return what it does to take `term` from `current`. Known-uncertain numbers that it had superseded come
     back; the others stay as they are."""
     return _toward(problem, current, tuple(item for item in current.terms if item is not term))
 
 
-def _toward(problem: Problem, current: Fit, terms: tuple[Term, ...]) -> Tangent:
+def _toward(
+    problem: Problem,
+    current: Fit,
+    terms: tuple[Term, ...],
+    size: float = DERIVATIVE_STEP,
+    known: Mapping[tuple[str, str], float] | None = None,
+) -> Tangent:
     numbers = fitted_numbers(problem, terms)
     x, high = _start(current, terms, numbers)
     old = {fitted.key for fitted in current.numbers}
     new = [index for index, fitted in enumerate(numbers) if fitted.key not in old]
-    step = np.where(x + DERIVATIVE_STEP > high, -DERIVATIVE_STEP, DERIVATIVE_STEP)
+    if known is not None:
+        x[new] = start_of([numbers[index] for index in new], dict(known))
+    step = np.where(x + size > high, -size, size)
     beside_it = x + np.diag(step)[new]
     if _does_nothing(current, numbers, x):
         error, beside_error = current.residual, residuals(problem, numbers, beside_it)

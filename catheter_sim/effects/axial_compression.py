@@ -33,7 +33,6 @@ EFFECT = Effect(
     trace="too little bending where several tendons pull together, and a tip that sinks with the sum",
     bench="Pull all tendons of a segment together. Watch base plate and backbone with a dial gauge: "
     "which of the two moves?",
-    varies=("time", "level", "path", "largest", "turns"),
     forms=(
         Form(
             name="mount",

@@ -122,7 +122,7 @@ EFFECT = Effect(
     trace="a loop of constant width in the input, and a standstill after each reversal",
     bench="Hold the tip still and turn each actuator gently to and fro. The dead-band is how far it "
     "goes before the tendon pulls. Look at knots, clamps, couplings and gears.",
-    varies=("time", "level", "path", "turns"),
+    varies=("time", "level", "path", "largest", "turns"),  # of each side: another form
     forms=(
         Form(
             name="play",

@@ -66,7 +66,6 @@ EFFECT = Effect(
     trace="an error that depends on where the tip is, not on how it came there",
     bench="Touch three known points of the base with the tracker and compare them with the drawing. "
     "Is its frame turned or shifted?",
-    varies=("time",),
     forms=(
         Form(
             name="rigid",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
 from catheter_sim.core.robot import R, RobotSpec
+from catheter_sim.core.variation import ALONG_ROWS
 from catheter_sim.effects.shared import added_everywhere, places, sizes, with_values
 
 _CUBIC, _QUINTIC = "cubic_mm2", "quintic_mm4"
@@ -69,7 +70,7 @@ EFFECT = Effect(
     trace="an error that grows faster than the bending, alike in all directions",
     bench="With slack tendons, bend the robot at its tip with a spring scale, first a little, then "
     "far. Does the force stay in proportion?",
-    varies=("time", "sign", "direction"),
+    varies=tuple(along for along in ALONG_ROWS if along != "level"),  # with the bending it is another power
     forms=(
         Form(
             name="cubic",

@@ -70,7 +70,6 @@ EFFECT = Effect(
     trace="an error that is there at rest and changes with where the robot points; a mass also slows swings",
     bench="Look for a load on the tip: a tool, a tube, a tracker's cable. Weigh it and write it into "
     "the robot's file. Check the direction of gravity in the base frame.",
-    varies=("time",),
     forms=(
         Form(
             name="force",

@@ -25,7 +25,6 @@ EFFECT = Effect(
     trace="an error that is largest near rest, where the tip is off the axis",
     bench="Slacken all tendons and look at the robot from two sides. Is it straight? Turn its base "
     "by 180 deg: a bend of the robot turns with it, weight does not.",
-    varies=("time", "path", "largest", "turns"),
     forms=(
         _form(
             "curvature",

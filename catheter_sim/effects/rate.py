@@ -72,7 +72,6 @@ EFFECT = Effect(
     trace="a loop whose width grows with the speed, and which closes where the input is held",
     bench="Step one input and record as fast as the tracker can. How long until the tip moves, and "
     "until it rests? Check that inputs and tracker share one clock.",
-    varies=("time", "level", "sign", "direction"),
     forms=(
         _form("input_lag", "lag_s * dy/dt = u - y", "lag_s", _BEFORE),
         _form("input_delay", "y(t) = u(t - delay_s)", "delay_s", _BEFORE),

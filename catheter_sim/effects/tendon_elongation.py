@@ -122,7 +122,6 @@ EFFECT = Effect(
     trace="too little bending, in proportion to the tension, alike in all directions",
     bench="Clamp the robot's end of a tendon, pull with known forces and measure its stretch. Let "
     "go, and check that it returns to its length.",
-    varies=("time", "level", "path", "largest", "turns"),
     forms=(
         Form(
             name="spring",

@@ -84,7 +84,6 @@ EFFECT = Effect(
     bench="Bend the robot by hand and hang a weight on one end of a tendon. Pull the other end with "
     "a spring scale. When the tendon starts to slide, force over weight gives the friction. "
     "Look for worn or dirty eyelets.",
-    varies=("time", "sign", "direction", "path", "largest", "turns"),
     forms=(
         Form(
             name="coefficient",

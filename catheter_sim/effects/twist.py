@@ -65,7 +65,6 @@ EFFECT = Effect(
     trace="a bending plane that turns from segment to segment",
     bench="Look along the straight robot from its tip. Do the holes of all disks lie on straight "
     "lines? Check how the disks are fixed to the backbone.",
-    varies=("time", "path", "largest", "turns"),
     forms=(
         Form(
             name="holes",

@@ -299,13 +299,17 @@ def test_a_cause_in_another_form_comes_before_two_causes(monkeypatch):
 
 
 def test_wild_rows_do_not_keep_a_search_going():
-    """One row in fifty at ten times the noise is nothing to look for; a wave of the noise's size is."""
+    """One row in fifty at ten times the noise is nothing to look for; a wave of the noise's size is.
+
+    So is a jump late in the record, however wild its rows are.
+    """
     problem = of_powers(0.0)
     (trial,) = problem.trials
     values = trial.outputs.columns["tip_x_mm"]
     wild, wave = values.copy(), values + 0.1 * np.sin(np.arange(len(values)) / 7.0)
     wild[::50] += 1.0
-    for changed, nothing_left in ((values, True), (wild, True), (wave, False)):
+    late = values + 1.0 * (np.arange(len(values)) > 0.9 * len(values))
+    for changed, nothing_left in ((values, True), (wild, True), (wave, False), (late, False)):
         outputs = replace(trial.outputs, columns={"tip_x_mm": changed})
         asked = replace(problem, trials=(replace(trial, outputs=outputs),))
         assert leaves_only_noise(asked, fit(asked, ())) is nothing_left

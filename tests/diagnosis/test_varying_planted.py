@@ -17,12 +17,21 @@ import catheter_sim as cs
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.variation import MARK, variation_of
+from catheter_sim.diagnosis.choose import without_explained_faults
 from catheter_sim.diagnosis.fit import fit
-from catheter_sim.diagnosis.prepare import prepare, split_problem
+from catheter_sim.diagnosis.prepare import (
+    DiagnosisRun,
+    Faults,
+    calibrate,
+    find_data_faults,
+    prepare,
+    split_problem,
+)
 from catheter_sim.diagnosis.problem import Term, with_fewer_rows
 from catheter_sim.diagnosis.search import Selection, select
 from catheter_sim.diagnosis.trials import Dataset
-from catheter_sim.diagnosis.variations import along_rows, beside_fit, promises, telling
+from catheter_sim.diagnosis.variations import along_rows, beside_fit, courses, promises, telling
+from catheter_sim.diagnosis.workers import SERIAL
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.theory.twins import twin_for
 
@@ -45,12 +54,17 @@ def tips(robot: ContinuumRobot, inputs: Inputs) -> np.ndarray:
     return predict([robot], inputs)[0]
 
 
-def measured(law: Law, robot: ContinuumRobot | None = None, names: Sequence[str] = TIP) -> Dataset:
+def measured(
+    law: Law,
+    robot: ContinuumRobot | None = None,
+    names: Sequence[str] = TIP,
+    lengths_s: Sequence[float] = (LENGTH_S,) * TRIALS,
+) -> Dataset:
     """Return trials in which both tendons are pulled slowly, with white noise."""
     draw = np.random.default_rng(1)
-    time_s = np.linspace(0.0, LENGTH_S, ROWS)
     tables = []
-    for _ in range(TRIALS):
+    for length_s in lengths_s:
+        time_s = np.linspace(0.0, length_s, round(ROWS * length_s / LENGTH_S))
         columns: dict[str, Any] = {"time_s": time_s}
         for side in ("right", "left"):
             pace, turn, size = draw.uniform(0.03, 0.12), draw.uniform(0.0, 6.0), draw.uniform(0.12, 0.25)
@@ -85,6 +99,47 @@ def far_half_is_soft(inputs: Inputs) -> np.ndarray:
     far = replace(near, name="far", bending_stiffness_N_m2=0.65 * whole.bending_stiffness_N_m2)
     tendons = tuple(replace(item, ends_at="far") for item in robot.tendons)
     return tips(replace(robot, segments=(near, far), tendons=tendons), inputs)
+
+
+def jumps_at_100_s(inputs: Inputs) -> np.ndarray:
+    """Return the tip of a robot whose right drive pulls by 0.05 N more from 100 s on."""
+    more = np.where((inputs.time_s > 100.0)[:, np.newaxis], [0.05, 0.0], 0.0)
+    return tips(specified(), replace(inputs, tendon=inputs.tendon + more))
+
+
+def is_bumped_at_100_s(inputs: Inputs) -> np.ndarray:
+    """Return the same of a robot whose tracker is moved by 3 mm then."""
+    moved = [{"x": 3.0, "y": 1.0, "z": -2.0}[name.split("_")[-2]] for name in SHAPE]
+    return tips(specified(), inputs) + np.where((inputs.time_s > 100.0)[:, np.newaxis], moved, 0.0)
+
+
+ONE_LONG_TRIAL = (80.0, 80.0, LENGTH_S, 80.0, 80.0, LENGTH_S)  # and one that is held out
+
+
+@pytest.mark.parametrize(("law", "sound"), [(jumps_at_100_s, True), (is_bumped_at_100_s, False)])
+def test_a_drive_that_jumps_late_is_no_tracker_that_was_moved(law: Law, sound: bool) -> None:
+    """Both look like a jump of all positions, in one training trial; a drive's number explains the first."""
+    split = split_problem(prepare(measured(law, lengths_s=ONE_LONG_TRIAL)))
+    before = calibrate(split)
+    faults = find_data_faults(split, before)
+    assert "jump" in faults.found[0].what
+    run = DiagnosisRun(SERIAL, lambda line: None)
+    assert (without_explained_faults(run, split, before, faults) == Faults(())) is sound
+
+
+def test_what_jumps_in_one_stretch_is_found_between_its_rows() -> None:
+    """Of one training trial's last 20 s no stretch outside tells; pieces of it do, and of all fits."""
+    selection = select(
+        split_problem(prepare(measured(jumps_at_100_s, lengths_s=ONE_LONG_TRIAL))).train,
+        ["drift", "stiffness", "precurvature"],
+    )
+    causes, how, by = varied(selection)
+    assert causes == ["drift"]
+    assert (how.along, how.shape) == ("time", "step")
+    assert how.at[0] == pytest.approx(100.0, abs=1.5)
+    assert by == pytest.approx(0.05, abs=0.005)
+    assert selection.interleaved
+    assert len({len(np.unique(item.block)) for item in (selection.null, *selection.tried)}) == 1
 
 
 def searched(
@@ -144,7 +199,7 @@ def test_a_derivative_promises_what_a_fit_keeps() -> None:
     term = Term("stiffness", ("scale", "scale~place.between(0.5,1)"))
     found, uniform = fit(problem, (term,)), fit(problem, (Term("stiffness", ("scale",)),))
     at = beside_fit(found, term, None)
-    best = promises(found, at, along_rows("scale", at.own["scale"], telling(problem)), 1)[0]
+    best = promises(found, at, along_rows("scale", at.own["scale"], telling(problem, courses(problem))), 1)[0]
     promised = np.sqrt(best.cost / len(found.residual))
     assert 0.9 * uniform.cross_validated_rms < promised < 1.1 * uniform.cross_validated_rms
     assert uniform.cross_validated_rms > 1.3 * found.cross_validated_rms
