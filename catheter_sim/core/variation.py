@@ -73,20 +73,23 @@ SHAPES: Mapping[str, Shape] = {
     "between": Shape(2, lambda x, at: ((x > at[0]) & (x <= at[1])).astype(float), "from {} to {}"),
 }
 
-# With what: of a trial's time; of one input: its size, its sign, whether it rises; what came before: the way
-# it has gone, its largest size so far, how often it has turned; the place along the robot, as a share.
+# With what: of a trial's time; of one input: its size, its sign, whether it rises, whether its size rises;
+# what came before: the way it has gone, its largest size so far, how often it has turned; the place along
+# the robot, as a share.
 ALONG: Mapping[str, tuple[str, ...]] = {
     "time": ("linear", "saturating", "logarithmic", "step", "ramp", "hat", "between"),
     "level": ("linear", "step", "ramp", "hat"),
     "sign": ("step",),
     "direction": ("step",),
+    "outward": ("step",),
     "path": ("linear", "saturating", "logarithmic", "step", "hat"),
     "largest": ("linear", "step", "hat"),
     "turns": ("linear", "saturating", "step", "hat"),
     "place": ("between",),
 }
 ALONG_ROWS = tuple(name for name in ALONG if name != "place")
-OF_CHANNEL = ("level", "sign", "direction", "path", "largest", "turns")
+OF_SIDES = ("sign", "direction", "outward")  # above zero or below
+OF_CHANNEL = ("level", "sign", "direction", "outward", "path", "largest", "turns")
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,7 @@ _WITH = {
     "level": "the size of {}",
     "sign": "the sign of {}",
     "direction": "the direction of {}",
+    "outward": "the growth of the size of {}",
     "path": "the way gone by {}",
     "largest": "the largest {} so far",
     "turns": "the turns of {}",
@@ -132,7 +136,7 @@ def variation_words(item: Variation) -> str:
     """Return with what a number varies and how: "with time, at once beyond 37.5 s"."""
     channel, _, unit = item.channel.rpartition("_")
     what = _WITH[item.along].format(channel.replace("_", " "))
-    if item.along in ("sign", "direction"):
+    if item.along in OF_SIDES:
         return f"with {what}, so much above zero"
     at = [f"{value:g}{_UNITS.get(item.along, f' {unit}')}" for value in item.at]
     return f"with {what}, {SHAPES[item.shape].words.format(*at)}"
@@ -142,7 +146,7 @@ def axis_of_variation(along: str, channel: str) -> str:
     """Return what an axis is called along which a number varies, with its unit."""
     named, _, unit = channel.rpartition("_")
     what = _WITH[along].format(named.replace("_", " "))
-    unit = _UNITS.get(along, "" if along in ("sign", "direction") else f" {unit}").strip()
+    unit = _UNITS.get(along, "" if along in OF_SIDES else f" {unit}").strip()
     return f"{what} [{unit}]" if unit else what
 
 

@@ -237,7 +237,8 @@ def _best_tried(split: SplitProblem, choice: Choice) -> Fit:
 # the data look sound by every check, and no trial is met worse than before, nothing is wrong with the data.
 # Of what a trial shows by itself (a jump, outputs that come before their inputs) more is asked: that the
 # cause leaves no trial, of the held-out ones none either, much more than its noise. So it is of causes of
-# which a number varies: a drive's zero may jump as a tracker does. It is not asked of a
+# which a number varies: a drive's zero may jump as a tracker does. These are asked where every trial has such
+# rows, too: what changes sides with the input's direction leaps and comes back in all. It is not asked of a
 # robot in motion, where each fit costs minutes.
 
 
@@ -246,15 +247,16 @@ def without_explained_faults(
 ) -> Faults:
     """Return `faults`, or none where they are of some trials and a single cause accounts for all trials."""
     trials = (*split.train.trials, *split.heldout.trials)
-    named = {item.where for item in faults.found}
-    asked = not split.train.moving and named < {trial.file for trial in trials}
-    if not faults.found or not (faults.of_trials or asked):
+    files, named = {trial.file for trial in trials}, {item.where for item in faults.found}
+    asked = not split.train.moving and named < files
+    at_rows = not split.train.moving and named <= files and all(item.rows for item in faults.found)
+    if not faults.found or not (faults.of_trials or asked or at_rows):
         return faults
     run.say("asking whether a cause is what makes some trials look wrong")
     singles = singles_of(split.train, candidates_for(split.train), run.pool)
     errors = errors_in_noise(split.train, before.fit, trials, before.noise)
     most = EXPLAINED_SHARE * errors if faults.of_trials else np.full(len(errors), EXPLAINED_NOISE)
-    for single in singles[:EXPLAINING_CAUSES]:
+    for single in singles[:EXPLAINING_CAUSES] if faults.of_trials or asked else ():
         found = fit(split.train, single.terms, single.values, cross_validate=False)
         left = errors_in_noise(split.train, found, trials, before.noise)
         if not faults.of_trials and (left <= ANOTHER_FORM * most).all():
@@ -262,7 +264,9 @@ def without_explained_faults(
         if _accounts(split, found, before, most):
             return Faults(())
     everything = replace(split.train, trials=trials)  # only they say together when a number stepped
-    for single in varying_singles(everything, candidates_for(split.train), run.pool) if asked else ():
+    for single in (
+        varying_singles(everything, candidates_for(split.train), run.pool) if asked or at_rows else ()
+    ):
         found = fit(everything, single.terms, single.values, cross_validate=False)
         if _accounts(split, found, before, np.full(len(errors), EXPLAINED_NOISE)):
             return Faults(())

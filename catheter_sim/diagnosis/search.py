@@ -14,6 +14,7 @@ from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Stage
 from catheter_sim.core.variation import MARK, Variation, number_varied, variation_of
 from catheter_sim.diagnosis.comparison import (
+    SETTLED_FACTOR,
     as_good,
     leaves_only_noise,
     leaves_only_noise_in_motion,
@@ -45,6 +46,7 @@ from catheter_sim.diagnosis.variations import (
     VaryingWay,
     along_robot,
     along_rows,
+    arguments_of,
     beside_fit,
     courses,
     courses_near,
@@ -113,6 +115,9 @@ chosen causes. Why: assumed; of ten there are forty-five pairs, each ranked in a
 NEAR_SETS = 4
 """[hypotheses] Of each size, near the set at which a search ends, that are fitted. Why: assumed; ten or so in
 all cost as much as one more step of the search."""
+VARIED_BESIDE = 3
+"""[causes] Beside more no number is asked whether it varies. Why: assumed; so many soak up what varies, and
+each fit costs three robots for one."""
 VARIED = 6
 """[hypotheses] In which a number varies, fitted beside each set where a search has come to. Why: assumed;
 their derivatives rank them well, and each costs three robots for one."""
@@ -129,8 +134,10 @@ zero that grows with level the derivative promised 1.5 times what the best did."
 VARIED_EACH = 3
 """[hypotheses] The same, of one cause. Why: assumed; what a number varies with is told only after a fit."""
 LEFT_OF_FEW = 2.0
-"""[times the error's white part] Left at most of what a number that varies shows in few stretches. Why:
-coloured noise is up to 1.4 times its white part, and a step is placed to a row."""
+"""[times the error's white part] Left at most by a number that varies by a step or a line, late in a search.
+Why: coloured noise is up to 1.4 times its white part, and a step is placed to a row."""
+LEFT_OF_FEW_SHARE = 0.25
+"""[share of the error without causes] The same. Why: assumed; other causes imitate a half, hardly more."""
 UNLISTED = "unlisted"  # the form of a cause whose number follows a curve
 MOST_FORMS = 8
 """[hypotheses] Other variants of a set's causes, fitted where the search would end. Why: assumed; it bounds
@@ -205,8 +212,16 @@ def with_forms(
 
 def _form_name(problem: Problem, term: Term) -> str:
     """Return the form of a term, `UNLISTED` where a number follows a curve."""
+    return UNLISTED if _is_curve(term) else EFFECTS[term.effect].form_of(problem.robot, term.free).name
+
+
+def _is_curve(term: Term) -> bool:
     hats = [name for name in term.free if MARK in name and variation_of(name).shape == "hat"]
-    return UNLISTED if len(hats) > 1 else EFFECTS[term.effect].form_of(problem.robot, term.free).name
+    return len(hats) > 1
+
+
+def _follows_curve(item: Fit) -> bool:
+    return any(_is_curve(term) for term in item.terms)
 
 
 def _fitted(
@@ -619,14 +634,15 @@ def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
 def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few: bool = False) -> None:
     """Lengthen `path` by the best hypothesis in which a number varies, where it pays.
 
-    The chance is shared among all that numbers may vary with; not of what is seen in few stretches (`few`),
-    of which nothing but noise may be left.
+    The chance is shared among all that numbers may vary with; not of what is seen in few stretches (`few`).
     """
     problem, best = search.problem, path[-1]
     rows = telling(problem, courses(problem))
     worth = (VARIED_WORTH * best.cross_validated_rms) ** 2 * len(best.left_out)
     found: list[Fit] = []
     for start in path[:1] if leaves_only_noise(problem, best) else _distinct([path[0], best]):
+        if len(start.terms) > VARIED_BESIDE:
+            continue
         asked = [*start.terms, *(term for term in terms if term not in start.terms)]
         likely = [item for item in _promised(search, start, asked, rows) if item.cost <= worth]
         allowed = [item for item in likely if len(item.terms) <= most]
@@ -641,8 +657,7 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
         search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
         kinds = {(items[0].along, items[0].channel) for items, _ in rows}
         shared = PAYS_CHANCE / (1 + len(kinds))  # one of many does well by chance
-        enough = not few or leaves_only_noise(problem, front, LEFT_OF_FEW)
-        if enough and pays(best, front, PAYS_CHANCE if few else shared):
+        if pays(best, front, PAYS_CHANCE if few else shared):
             path.append(front)
 
 
@@ -677,24 +692,60 @@ def _leading(found: Sequence[Fit]) -> list[Fit]:
     return [item for item in first if item.cross_validated_rms <= VARIED_NEAR * first[0].cross_validated_rms]
 
 
-def vary_in_few_stretches(search: Search, path: list[Fit], terms: Sequence[Term]) -> None:
-    """Lengthen `path` by a single cause of which a number varies, seen in too few stretches to leave one out.
+@dataclass(frozen=True)
+class VariedAlone:
+    """The best single cause of which a number varies, by pieces left out between others.
 
-    From a late moment on, say, of the longest trial. Then pieces between others are left out by turns, as of
-    all fits from there on. What imitates a cause in few stretches does so there, too; so nothing but noise
-    may be left.
+    A number that steps late in the longest trial shows in too few stretches to leave one of them out. What
+    imitates a cause in few stretches does so in pieces of them, too; so it counts only where little but noise
+    is left.
+
+    Attributes:
+        search: of such causes alone, with pieces left out.
+        path: the model without causes, and the best such cause where it pays.
     """
-    pieces = replace(search.problem, interleaved=True)
-    other = replace(search, problem=pieces, fits={})
-    found = other.fitted([((), {})])
-    vary(other, found, terms, most=1, few=True)
-    if len(found) > 1:
-        kept = [key for key in search.fits if key not in other.fits]
-        again = map_calls(
-            search.pool, left_out_anew, [(pieces, search.fits[key]) for key in kept], search.deadline
-        )
-        search.problem, search.fits = pieces, {**dict(zip(kept, again, strict=True)), **other.fits}
-        path[:] = found
+
+    search: Search
+    path: Sequence[Fit]
+
+    def leaves(self, most: float) -> bool:
+        """Return whether it leaves at most so many times the noise; a curve must leave nothing but noise."""
+        null, found = self.path[0], self.path[-1]
+        little = found.cross_validated_rms <= LEFT_OF_FEW_SHARE * null.cross_validated_rms
+        most = SETTLED_FACTOR if _follows_curve(found) or not little else most
+        return len(self.path) > 1 and leaves_only_noise(self.search.problem, found, most)
+
+    def taken(self, search: Search, path: list[Fit], most: float) -> bool:
+        """Return whether it leaves at most so many times the noise; `path` then leads to it.
+
+        Where no stretch outside tells of it, pieces are left out of all fits from there on.
+        """
+        found, problem = self.path[-1], self.search.problem
+        if not self.leaves(most) or not pays(left_out_anew(problem, path[-1]), found):
+            return False
+        plain = left_out_anew(search.problem, found)
+        chance = PAYS_CHANCE / (1 + len(list(arguments_of(problem))))
+        if pays(path[0], plain, chance):
+            search.fits |= {
+                key: left_out_anew(search.problem, item) for key, item in self.search.fits.items()
+            }
+            path.append(search.fits[frozenset(found.terms)])
+            return True
+        kept = [key for key in search.fits if key not in self.search.fits]
+        calls = [(problem, search.fits[key]) for key in kept]
+        again = map_calls(search.pool, left_out_anew, calls, search.deadline)
+        search.problem = problem
+        search.fits = {**dict(zip(kept, again, strict=True)), **self.search.fits}
+        path[:] = self.path
+        return True
+
+
+def varied_alone(search: Search, terms: Sequence[Term]) -> VariedAlone:
+    """Return the best single cause of which a number varies."""
+    other = replace(search, problem=replace(search.problem, interleaved=True), fits={})
+    path = other.fitted([((), {})])
+    vary(other, path, terms, most=1, few=True)
+    return VariedAlone(other, path)
 
 
 def _promised(
@@ -881,10 +932,20 @@ def _searched(
     further = _further(problem, candidates)
     singles, begin = _singles(search, null, simple, detailed)
     path[:] = search.beginning(null, singles)
+    numbers = (*simple, *detailed, *_varying_terms(problem, candidates))
+    alone_varied = None
+    if len(path) == 1 and _may_vary(search, path) and not _settled(problem, singles):
+        alone_varied = varied_alone(search, numbers)
+        if alone_varied.leaves(SETTLED_FACTOR):
+            # What a listed form of one cause settles does not vary.
+            singles = _once([*singles, *search.alone(null, [*detailed, *further])])
+            if not _settled(problem, singles) and alone_varied.taken(search, path, SETTLED_FACTOR):
+                problem, null = search.problem, path[0]
+                singles = [search.fits[frozenset(item.terms)] for item in singles]
     for left in reversed(range(CHOICE_ROUNDS)):
         beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
         for variants in ((simple, more) for more in beside_simple[begin:]):
-            if _ended(problem, null, path[-1], bool(variants[1])):
+            if _varies(path[-1]) or _ended(problem, null, path[-1], bool(variants[1])):
                 break
             if len(variants[1]) > len(detailed):
                 if leaves_only_noise(problem, path[-1], NEAR_NOISE):
@@ -894,12 +955,10 @@ def _searched(
                 singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
         if left == CHOICE_ROUNDS - 1 and _may_vary(search, path):
-            numbers = (*simple, *detailed, *_varying_terms(problem, candidates))
-            vary(search, path, numbers, most)
-            if not (leaves_only_noise(problem, path[-1], NEAR_NOISE) or search.late):
-                vary_in_few_stretches(search, path, numbers)
-                problem, null = search.problem, path[0]
-                singles = [search.fits[frozenset(item.terms)] for item in singles]
+            if not (alone_varied and alone_varied.taken(search, path, LEFT_OF_FEW)):
+                vary(search, path, numbers, most)
+            problem, null = search.problem, path[0]
+            singles = [search.fits[frozenset(item.terms)] for item in singles]
         done = search.late or within_model(problem, null, path[-1])
         if left == CHOICE_ROUNDS - 1 and not done and not leaves_only_noise(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
@@ -916,7 +975,7 @@ def _searched(
             search.fit_in_each_place(current, (*simple, *detailed))
         elif current.terms and not done:
             search.alone(null, detailed)
-        alone = len(current.terms) == 1 and leaves_only_noise(problem, current)
+        alone = len(current.terms) == 1 and leaves_only_noise(problem, current) and not _varies(current)
         if current.terms and not (alone or search.late or problem.moving):
             fit_near(search, current, (*simple, *detailed))
         if not (search.late or problem.moving):
@@ -927,6 +986,10 @@ def _searched(
         path.append(nearer)
     rivals = [item for _, _, item in rivals_of(current, search.tried)]
     return singles, [item for item in rivals if as_good(current, item)]
+
+
+def _settled(problem: Problem, fits: Sequence[Fit]) -> bool:
+    return any(leaves_only_noise(problem, item) for item in fits)
 
 
 def _may_vary(search: Search, path: Sequence[Fit]) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import input_channels
-from catheter_sim.core.variation import MARK, SHAPES, Variation, variation_of
+from catheter_sim.core.variation import MARK, OF_CHANNEL, OF_SIDES, SHAPES, Variation, variation_of
 from catheter_sim.diagnosis.fit import Fit, fold_of
 from catheter_sim.diagnosis.problem import Problem, Term, prior_of
 from catheter_sim.diagnosis.trials import measured_of
@@ -69,9 +69,9 @@ def courses(problem: Problem) -> Iterator[tuple[Variation, ...]]:
 
     Several together are a curve: a hat at each of its knots but the first.
     """
-    for along, channel in _arguments(problem):
+    for along, channel in arguments_of(problem):
         levels = np.concatenate(_levels(problem, along, channel))
-        if along in ("sign", "direction"):
+        if along in OF_SIDES:
             if (levels > 0.0).any() and (levels < 0.0).any():
                 yield (Variation("", along, "step", channel, (0.0,)),)
             continue
@@ -110,7 +110,7 @@ def _places(levels: Array, most: float) -> list[float]:
 
 def courses_near(problem: Problem, item: Variation) -> Iterator[tuple[Variation, ...]]:
     """Yield courses like `item` that step, or kink, a little earlier or later; none of other shapes."""
-    if item.along == "place" or item.shape not in ("step", "ramp"):
+    if item.along in ("place", *OF_SIDES) or item.shape not in ("step", "ramp"):
         return
     levels = np.concatenate(_levels(problem, item.along, item.channel))
     values, counts = np.unique(levels, return_counts=True)
@@ -127,10 +127,11 @@ def _rounded(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def _arguments(problem: Problem) -> Iterator[tuple[str, str]]:
+def arguments_of(problem: Problem) -> Iterator[tuple[str, str]]:
+    """Yield what numbers may vary with from row to row, each with its channel."""
     yield "time", ""
     for channel in input_channels(problem.robot, problem.trials[0].inputs.actuation):
-        for along in ("level", "sign", "direction", "path", "largest", "turns"):
+        for along in OF_CHANNEL:
             yield along, channel
 
 

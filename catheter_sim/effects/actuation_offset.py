@@ -24,7 +24,7 @@ EFFECT = Effect(
             parameters=lambda robot: shift_parameters(robot, _OFFSET, _SIZE),
             groups=lambda robot: common_then_each(robot, *shift_names(robot, _OFFSET)),
             command=lambda robot, inputs, values: shifted(robot, inputs, _OFFSET, values),
-            varies=("level", "largest"),  # with time or the way it is drift, with direction or side backlash
+            varies=("level", "sign", "direction", "outward", "largest"),  # with time or the way it is drift
         ),
     ),
 )

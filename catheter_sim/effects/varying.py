@@ -68,8 +68,8 @@ def argument(robot: RobotSpec, inputs: Inputs, along: str, channel: str = "") ->
     way = np.diff(level, prepend=0.0)
     if along == "path":
         return np.cumsum(np.abs(way))
-    direction, turns = _turns(level)
-    return direction if along == "direction" else turns
+    direction, turns = _turns(np.abs(level) if along == "outward" else level)
+    return turns if along == "turns" else direction
 
 
 def _turns(level: Array) -> tuple[Array, Array]:

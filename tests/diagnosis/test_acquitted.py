@@ -50,7 +50,7 @@ def test_what_is_wrong_with_all_data_is_not_asked_about() -> None:
     data = small_data({"actuation_gain": {"scale": 0.8}})
     for faults in (
         Faults((DataFault("inches for mm"),)),
-        Faults(tuple(replace(JUMP, where=f"trial_{k}.csv") for k in range(3))),
+        Faults(tuple(replace(JUMP, where=f"trial_{k}.csv", rows=()) for k in range(3))),
     ):
         assert acquitted(data, faults) is faults
 

@@ -117,6 +117,7 @@ def test_what_numbers_vary_with() -> None:
         "level": [0.0, 0.1, 0.3, 0.2, 0.0, 0.2],
         "sign": [0.0, 0.1, 0.3, 0.2, 0.0, 0.2],
         "direction": [0, 1, 1, -1, -1, 1],
+        "outward": [0, 1, 1, -1, -1, 1],
         "path": [0.0, 0.1, 0.3, 0.4, 0.6, 0.8],
         "largest": [0.0, 0.1, 0.3, 0.3, 0.3, 0.3],
         "turns": [0, 0, 0, 1, 1, 2],
@@ -124,6 +125,15 @@ def test_what_numbers_vary_with() -> None:
     assert found.keys() == wanted.keys()
     for along, values in wanted.items():
         np.testing.assert_allclose(found[along], values, atol=1e-12, err_msg=along)
+
+
+def test_what_goes_below_zero_goes_outward() -> None:
+    """A displacement that goes to -2 mm, home and to 1 mm: its direction has a sign, its size none."""
+    robot = load_robot("mitral_4dof")
+    path = [0.0, -1.0, -2.0, -1.0, 0.0, 1.0]
+    inputs = cs.inputs(robot, {"time_s": range(6), "displacement_torsion_mm": path})
+    ways = [argument(robot, inputs, along, "displacement_torsion_mm") for along in ("direction", "outward")]
+    np.testing.assert_array_equal(ways, [[0, -1, -1, 1, 1, 1], [0, 1, 1, -1, -1, 1]])
 
 
 @pytest.mark.parametrize("shape", SHAPES)
