@@ -933,15 +933,8 @@ def _searched(
     singles, begin = _singles(search, null, simple, detailed)
     path[:] = search.beginning(null, singles)
     numbers = (*simple, *detailed, *_varying_terms(problem, candidates))
-    alone_varied = None
-    if len(path) == 1 and _may_vary(search, path) and not _settled(problem, singles):
-        alone_varied = varied_alone(search, numbers)
-        if alone_varied.leaves(SETTLED_FACTOR):
-            # What a listed form of one cause settles does not vary.
-            singles = _once([*singles, *search.alone(null, [*detailed, *further])])
-            if not _settled(problem, singles) and alone_varied.taken(search, path, SETTLED_FACTOR):
-                problem, null = search.problem, path[0]
-                singles = [search.fits[frozenset(item.terms)] for item in singles]
+    varied, singles = _varied_first(search, path, singles, numbers, [*detailed, *further])
+    problem, null = search.problem, path[0]
     for left in reversed(range(CHOICE_ROUNDS)):
         beside_simple: list[list[Term]] = [[], detailed, [*detailed, *further]]
         for variants in ((simple, more) for more in beside_simple[begin:]):
@@ -955,7 +948,7 @@ def _searched(
                 singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
         if left == CHOICE_ROUNDS - 1 and _may_vary(search, path):
-            if not (alone_varied and alone_varied.taken(search, path, LEFT_OF_FEW)):
+            if not (varied and varied.taken(search, path, LEFT_OF_FEW)):
                 vary(search, path, numbers, most)
             problem, null = search.problem, path[0]
             singles = [search.fits[frozenset(item.terms)] for item in singles]
@@ -986,6 +979,23 @@ def _searched(
         path.append(nearer)
     rivals = [item for _, _, item in rivals_of(current, search.tried)]
     return singles, [item for item in rivals if as_good(current, item)]
+
+
+def _varied_first(
+    search: Search, path: list[Fit], singles: list[Fit], numbers: Sequence[Term], listed: Sequence[Term]
+) -> tuple[VariedAlone | None, list[Fit]]:
+    """Return the best single cause of which a number varies, if asked, and the singles.
+
+    `path` then leads to it where it leaves only noise, and no `listed` form of a cause does alone.
+    """
+    if len(path) > 1 or not _may_vary(search, path) or _settled(search.problem, singles):
+        return None, singles
+    varied = varied_alone(search, numbers)
+    if varied.leaves(SETTLED_FACTOR):
+        singles = _once([*singles, *search.alone(path[0], listed)])
+        if not _settled(search.problem, singles) and varied.taken(search, path, SETTLED_FACTOR):
+            singles = [search.fits[frozenset(item.terms)] for item in singles]
+    return varied, singles
 
 
 def _settled(problem: Problem, fits: Sequence[Fit]) -> bool:
