@@ -136,7 +136,7 @@ def test_what_jumps_in_one_stretch_is_found_between_its_rows() -> None:
     causes, how, by = varied(selection)
     assert causes == ["drift"]
     assert (how.along, how.shape) == ("time", "step")
-    assert how.at[0] == pytest.approx(100.0, abs=1.5)
+    assert how.at[0] == pytest.approx(100.0, abs=1.0)
     assert by == pytest.approx(0.05, abs=0.005)
     assert selection.interleaved
     assert len({len(np.unique(item.block)) for item in (selection.null, *selection.tried)}) == 1
