@@ -264,9 +264,8 @@ def without_explained_faults(
         if _accounts(split, found, before, most):
             return Faults(())
     everything = replace(split.train, trials=trials)  # only they say together when a number stepped
-    for single in (
-        varying_singles(everything, candidates_for(split.train), run.pool) if asked or at_rows else ()
-    ):
+    candidates = candidates_for(split.train)
+    for single in varying_singles(everything, candidates, run.pool) if asked or at_rows else ():
         found = fit(everything, single.terms, single.values, cross_validate=False)
         if _accounts(split, found, before, np.full(len(errors), EXPLAINED_NOISE)):
             return Faults(())
