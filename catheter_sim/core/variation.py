@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -26,7 +26,8 @@ from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, unknown
 
 MARK = "~"  # between a number's name and what it varies with
-_NAME = re.compile(r"(?P<number>\w+)~(?P<along>\w+)\.(?P<shape>\w+)(?:@(?P<channel>\w+))?\((?P<at>[^()]*)\)")
+TIMES = "*"  # between two courses that are multiplied
+_COURSE = re.compile(r"(?P<along>\w+)\.(?P<shape>\w+)(?:@(?P<channel>\w+))?\((?P<at>[^()]*)\)")
 
 # ----------------------------------------------------------------------------------------------------
 # What a number may vary with, and in which shapes. A shape says how many fixed numbers it has (`at`).
@@ -102,6 +103,7 @@ class Variation:
         shape: of `SHAPES`.
         channel: the input column ("tension_right_N"), "" of time and place.
         at: the shape's numbers: seconds, shares of the length, turns, or the unit of the channel.
+        times: a second course, by which the first is multiplied: late, say, and far out.
     """
 
     number: str
@@ -109,13 +111,23 @@ class Variation:
     shape: str
     channel: str = ""
     at: tuple[float, ...] = ()
+    times: Variation | None = None
 
     @property
     def name(self) -> str:
         """The name under which it stands beside its number."""
-        channel = f"@{self.channel}" if self.channel else ""
-        at = ",".join(f"{value:.12g}" for value in self.at)
-        return f"{self.number}{MARK}{self.along}.{self.shape}{channel}({at})"
+        return f"{self.number}{MARK}{TIMES.join(_course_name(item) for item in self.courses)}"
+
+    @property
+    def courses(self) -> tuple[Variation, ...]:
+        """Itself, and the course by which it is multiplied, if any."""
+        return (self,) if self.times is None else (self, self.times)
+
+
+def _course_name(item: Variation) -> str:
+    channel = f"@{item.channel}" if item.channel else ""
+    at = ",".join(f"{value:.12g}" for value in item.at)
+    return f"{item.along}.{item.shape}{channel}({at})"
 
 
 _WITH = {
@@ -134,6 +146,10 @@ _UNITS = {"time": " s", "place": " of the length", "turns": ""}
 
 def variation_words(item: Variation) -> str:
     """Return with what a number varies and how: "with time, at once beyond 37.5 s"."""
+    return ", and so much more ".join(_course_words(each) for each in item.courses)
+
+
+def _course_words(item: Variation) -> str:
     channel, _, unit = item.channel.rpartition("_")
     what = _WITH[item.along].format(channel.replace("_", " "))
     if item.along in OF_SIDES:
@@ -170,22 +186,40 @@ def variation_of(name: str) -> Variation:
     Raises:
         InputError: it says nothing that a number may do.
     """
-    match = _NAME.fullmatch(name)
+    number, _, ways = name.partition(MARK)
+    first, *others = ways.split(TIMES)
+    found = replace(_course_of(first, name), number=number)
+    if not number.isidentifier() or len(others) > 1:
+        raise _not_a_way(name)
+    return checked(replace(found, times=_course_of(others[0], name)) if others else found)
+
+
+def _course_of(text: str, name: str) -> Variation:
+    match = _COURSE.fullmatch(text)
     if match is None:
-        raise InputError(f"{name!r}: varies as in {Variation('scale', 'time', 'step', at=(60.0,)).name}")
+        raise _not_a_way(name)
     try:
         at = tuple(float(part) for part in match["at"].split(",") if part)
     except ValueError:
         raise InputError(f"{name!r}: numbers are needed in the brackets") from None
-    return checked(Variation(match["number"], match["along"], match["shape"], match["channel"] or "", at))
+    return Variation("", match["along"], match["shape"], match["channel"] or "", at)
+
+
+def _not_a_way(name: str) -> InputError:
+    return InputError(f"{name!r}: varies as in {Variation('scale', 'time', 'step', at=(60.0,)).name}")
 
 
 def checked(item: Variation, where: str = "varies") -> Variation:
     """Return a variation that is possible.
 
     Raises:
-        InputError: what it varies with or its shape is not known, or its numbers are not those of its shape.
+        InputError: what it varies with or its shape is not known, its numbers are not those of its shape, or
+            a place along the robot is multiplied by something else.
     """
+    if item.times is not None:
+        if "place" in (item.along, item.times.along):
+            raise InputError(f"{where}: with = 'place' goes with no second course")
+        checked(item.times, f"{where}.times")
     if item.along not in ALONG:
         raise unknown("with", item.along, ALONG, where)
     if item.shape not in ALONG[item.along]:
@@ -205,7 +239,8 @@ def checked(item: Variation, where: str = "varies") -> Variation:
 # ----------------------------------------------------------------------------------------------------
 # In files: a table for each variation, in the place of its name.
 
-_KEYS = ("number", "with", "shape", "channel", "at", "by")
+_COURSE_KEYS = ("with", "shape", "channel", "at")
+_KEYS = ("number", *_COURSE_KEYS, "times", "by")
 
 
 def tables_of(values: Mapping[str, float]) -> dict[str, Any]:
@@ -217,15 +252,13 @@ def tables_of(values: Mapping[str, float]) -> dict[str, Any]:
 
 def table_of(item: Variation, by: float) -> dict[str, Any]:
     """Return a variation as a table in a file."""
+    times = {} if item.times is None else {"times": _course_table(item.times)}
+    return {"number": item.number, **_course_table(item), "by": by, **times}
+
+
+def _course_table(item: Variation) -> dict[str, Any]:
     channel = {"channel": item.channel} if item.channel else {}
-    return {
-        "number": item.number,
-        "with": item.along,
-        "shape": item.shape,
-        **channel,
-        "at": list(item.at),
-        "by": by,
-    }
+    return {"with": item.along, "shape": item.shape, **channel, "at": list(item.at)}
 
 
 def read_tables(document: dict[str, Any], where: str) -> dict[str, Any]:
@@ -253,17 +286,27 @@ def read_tables(document: dict[str, Any], where: str) -> dict[str, Any]:
 def _read(tables: Sequence[Any], where: str) -> Iterator[tuple[str, Any]]:
     for index, table in enumerate(tables):
         said = f"{where}[{index}]"
-        if not isinstance(table, Mapping):
-            raise InputError(f"{said}: a table is needed")
-        for key in table:
-            if key not in _KEYS:
-                raise unknown("key", str(key), _KEYS, said)
-        missing = [key for key in _KEYS if key not in table and key != "channel"]
-        if missing:
-            raise InputError(f"{said}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
-        at = table["at"] if isinstance(table["at"], list) else [table["at"]]
-        if any(isinstance(value, bool) or not isinstance(value, int | float) for value in (*at, table["by"])):
-            raise InputError(f"{said}: at, by: numbers are needed")
-        number, along, shape, channel = (str(table.get(key, "")) for key in _KEYS[:4])
-        item = checked(Variation(number, along, shape, channel, tuple(float(value) for value in at)), said)
-        yield item.name, float(table["by"])
+        item = _read_course(table, _KEYS, said)
+        times = _read_course(table["times"], _COURSE_KEYS, f"{said}.times") if "times" in table else None
+        whole = checked(replace(item, number=str(table["number"]), times=times), said)
+        yield whole.name, _number(table["by"], f"{said}: by")
+
+
+def _read_course(table: Any, keys: Sequence[str], where: str) -> Variation:
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: a table is needed")
+    for key in table:
+        if key not in keys:
+            raise unknown("key", str(key), keys, where)
+    missing = [key for key in keys if key not in table and key not in ("channel", "times")]
+    if missing:
+        raise InputError(f"{where}: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing")
+    given = table["at"] if isinstance(table["at"], list) else [table["at"]]
+    at = tuple(_number(value, f"{where}: at") for value in given)
+    return Variation("", str(table["with"]), str(table["shape"]), str(table.get("channel", "")), at)
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}: numbers are needed")
+    return float(value)

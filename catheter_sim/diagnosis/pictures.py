@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Parameter
-from catheter_sim.core.variation import MARK, SHAPES, Variation, axis_of_variation, variation_of
+from catheter_sim.core.variation import MARK, OF_SIDES, SHAPES, Variation, axis_of_variation, variation_of
 from catheter_sim.diagnosis.residuals import (
     STAGES,
     VIEWS,
@@ -311,7 +311,8 @@ VariedNumber = tuple[Variation, FittedParameter]
 def variation_figure(diagnosis: DiagnosisResult) -> Figure | None:
     """Return a panel for each number that varies, by what it varies with; None where none does.
 
-    The band is that of the variation's own 95 % intervals, ends together.
+    The band is that of the variation's own 95 % intervals, ends together. Of two things at once the first is
+    drawn, where the second is in full.
     """
     varied: dict[tuple[str, str, str, str], list[VariedNumber]] = {}
     causes = {cause.name: cause for cause in (*diagnosis.causes, *diagnosis.corrections)}
@@ -354,7 +355,7 @@ def _draw_variation(
 
 def _levels(diagnosis: DiagnosisResult, along: str, ways: Sequence[Variation]) -> Array:
     """Return where a number that varies is drawn, shape (n,)."""
-    if along in ("sign", "direction"):
+    if along in OF_SIDES:
         return np.linspace(-1.0, 1.0, 241)
     most = 1.0
     if along == "time":

@@ -50,6 +50,7 @@ from catheter_sim.diagnosis.variations import (
     beside_fit,
     courses,
     courses_near,
+    multiplied,
     part_names,
     promises,
     telling,
@@ -221,7 +222,9 @@ def _is_curve(term: Term) -> bool:
 
 
 def _follows_curve(item: Fit) -> bool:
-    return any(_is_curve(term) for term in item.terms)
+    """Return whether a number follows a curve, or two things at once."""
+    varied = [variation_of(name) for term in item.terms for name in term.free if MARK in name]
+    return any(_is_curve(term) for term in item.terms) or any(way.times for way in varied)
 
 
 def _fitted(
@@ -652,6 +655,8 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
         found += search.fitted([(item.terms, item.known) for item in picked])
     for number, leading in enumerate(_leading(found)):
         found += _nearer(search, leading, rows, all_kinds=number == 0)
+    if few and found and not leaves_only_noise(problem, in_order(found)[0]):
+        found += _with_two(search, path[0], [term for term in terms if term.effect in _likely(found)], rows)
     if found:
         front = simplest(in_order(found)[0], found)
         search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
@@ -659,6 +664,25 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
         shared = PAYS_CHANCE / (1 + len(kinds))  # one of many does well by chance
         if pays(best, front, PAYS_CHANCE if few else shared):
             path.append(front)
+
+
+def _likely(found: Sequence[Fit]) -> list[str]:
+    """Return the single causes that do best where a number of theirs varies."""
+    return [item.causes[0] for item in _distinct(in_order(found))][:VARIED_EACH]
+
+
+def _with_two(
+    search: Search,
+    null: Fit,
+    terms: Sequence[Term],
+    rows: Sequence[tuple[tuple[Variation, ...], Array]],
+) -> list[Fit]:
+    """Return the best fits in which a number varies with two things at once: late, say, and far out."""
+    likely = _promised(search, null, terms, rows, two=True)
+    found = search.fitted([(item.terms, item.known) for item in likely[:VARIED]])
+    for leading in in_order(found)[:1]:
+        found += _nearer(search, leading, [], all_kinds=False)
+    return found
 
 
 def _nearer(
@@ -753,8 +777,12 @@ def _promised(
     start: Fit,
     asked: Sequence[Term],
     rows: Sequence[tuple[tuple[Variation, ...], Array]],
+    two: bool = False,
 ) -> list[Promise]:
-    """Return the hypotheses beside a fit in which a number of an asked term varies, most promising first."""
+    """Return the hypotheses beside a fit in which a number of an asked term varies, most promising first.
+
+    `two`: with two things at once, from row to row.
+    """
     robot, mine = search.problem.robot, frozenset(start.terms)
     forms = {term: EFFECTS[term.effect].form_of(robot, term.free) for term in asked}
     numbers = {term: tuple(dict.fromkeys(map(number_varied, term.free))) for term in asked}
@@ -778,6 +806,10 @@ def _promised(
         shaped = {item.name for item in form.parameters(robot) if item.of_shape}
         ways: list[VaryingWay] = []
         for name in (item for item in numbers[term] if item not in shaped):
+            if two:
+                pairs = multiplied(at, columns[name], rows, along)
+                ways += along_rows(name, columns[name], pairs)
+                continue
             ways += along_rows(name, columns[name], usable)
             if term in local:
                 parts = [columns[part] for part in part_names(name)]

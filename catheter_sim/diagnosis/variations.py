@@ -30,6 +30,11 @@ PARTS = 8
 """[parts of the length] Whose numbers may differ. Why: a place is to be told to 15 % of the length."""
 RIDGE = 1e-6
 """[share of the diagonal] Keeps the matrix regular where two numbers do the same. Why: next to none."""
+MULTIPLIED = 8
+"""[products] Of two courses of a number, the best. Why: assumed; each begins at what one of the two says
+alone."""
+ALTERNATIONS = 3
+"""[times] That each of the two is chosen beside the other. Why: assumed; the second hardly changes it."""
 MOST_WEIGHED = 24
 """[ways] Of a term, the best by what they were fitted to, weighed by stretches left out. Why: a step has as
 many places; of all kinds the best come first."""
@@ -109,7 +114,16 @@ def _places(levels: Array, most: float) -> list[float]:
 
 
 def courses_near(problem: Problem, item: Variation) -> Iterator[tuple[Variation, ...]]:
-    """Yield courses like `item` that step, or kink, a little earlier or later; none of other shapes."""
+    """Yield courses like `item` that step, or kink, a little earlier or later; none of other shapes.
+
+    Of two that are multiplied one is moved at a time.
+    """
+    if item.times is not None:
+        for (first,) in courses_near(problem, replace(item, times=None)):
+            yield (replace(first, times=item.times),)
+        for (second,) in courses_near(problem, item.times):
+            yield (replace(item, number="", times=second),)
+        return
     if item.along in ("place", *OF_SIDES) or item.shape not in ("step", "ramp"):
         return
     levels = np.concatenate(_levels(problem, item.along, item.channel))
@@ -144,12 +158,15 @@ def _levels(problem: Problem, along: str, channel: str) -> list[Array]:
 
 def course_of(problem: Problem, item: Variation) -> Array:
     """Return how far a variation has come at each residual, shape (n,)."""
-    parts = []
-    for trial, level in zip(problem.trials, _levels(problem, item.along, item.channel), strict=True):
-        finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
-        values = SHAPES[item.shape].of(level, item.at)
-        parts.append(np.broadcast_to(values[:, np.newaxis], finite.shape)[finite])
-    return np.concatenate(parts)
+    found: Array = np.ones(1)
+    for each in item.courses:
+        parts = []
+        for trial, level in zip(problem.trials, _levels(problem, each.along, each.channel), strict=True):
+            finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
+            values = SHAPES[each.shape].of(level, each.at)
+            parts.append(np.broadcast_to(values[:, np.newaxis], finite.shape)[finite])
+        found = found * np.concatenate(parts)
+    return found
 
 
 def places() -> Iterator[Variation]:
@@ -214,6 +231,51 @@ class VaryingWay:
 
     names: tuple[str, ...]
     columns: Array
+
+
+def multiplied(
+    at: Beside, own: Array, found: Sequence[tuple[tuple[Variation, ...], Array]], along: Sequence[str]
+) -> list[tuple[tuple[Variation, ...], Array]]:
+    """Return products of two courses with different things, each the best beside the other.
+
+    `own` is the derivative by the number, shape (n,), `along` what it may vary with alone: one of the two at
+    least. What is returned is as `found` is.
+    """
+    single = [(items[0], values[:, 0]) for items, values in found if len(items) == 1]
+    if not single or not own.any():
+        return []
+    values = np.stack([values for _, values in single])
+    kinds = [(item.along, item.channel) for item, _ in single]
+    names = {kind: np.array([other == kind for other in kinds]) for kind in dict.fromkeys(kinds)}
+    base = np.stack([*at.columns.values(), own], axis=1)
+    within, _ = np.linalg.qr(base)
+    left = at.error - within @ (within.T @ at.error)
+
+    def gains(course: Array) -> Array:
+        columns = values * (own * course)
+        size = (columns**2).sum(axis=1) - ((columns @ within) ** 2).sum(axis=1)
+        return np.asarray((columns @ left) ** 2 / np.maximum(size, 1e-3 * (columns**2).sum(axis=1) + 1e-12))
+
+    pairs: dict[tuple[int, int], float] = {}
+    for kind, mine in names.items():
+        alone = gains(np.ones(len(own)))
+        one = int(np.argmax(np.where(mine, alone, -1.0)))
+        for _ in range(ALTERNATIONS):
+            gain = gains(values[one])
+            other = int(np.argmax(np.where(mine, -1.0, gain)))
+            again = gains(values[other])
+            one = int(np.argmax(np.where(mine, again, -1.0)))
+        if {kind[0], kinds[other][0]} & set(along):
+            pairs[min(one, other), max(one, other)] = float(again[one])
+    best = sorted(pairs, key=lambda pair: -pairs[pair])[:MULTIPLIED]
+    ways: list[tuple[tuple[Variation, ...], Array]] = []
+    for one, other in best:
+        (first, course), (second, further) = single[one], single[other]
+        both = replace(first, times=second)
+        ways.append(((both,), (course * further)[:, np.newaxis]))
+        if second.along in OF_SIDES and first.along in along:  # on either side its own
+            ways.append(((first, both), np.stack([course, course * further], axis=1)))
+    return [way for way in ways if _tells(way[1][:, -1])]
 
 
 def along_rows(
@@ -329,7 +391,10 @@ def _promise(
         Term(one.effect, (*one.free, *way.names)) if one.effect == at.effect else one for one in at.terms
     )
     first = variation_of(way.names[0])
-    kind = first.number, first.along, first.channel, first.shape
+    kind = (
+        first.number,
+        *(part for each in first.courses for part in (each.along, each.channel, each.shape)),
+    )
     return Promise(varied, dict(current.values), cost, at.effect, kind)
 
 

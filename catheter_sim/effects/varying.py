@@ -42,7 +42,11 @@ is of this size, a step of a motion is ten times larger."""
 
 def course(robot: RobotSpec, inputs: Inputs, item: Variation) -> Array:
     """Return how far a variation has come at each row, shape (r,), of all but those along the robot."""
-    return SHAPES[item.shape].of(argument(robot, inputs, item.along, item.channel), item.at)
+    found = [
+        SHAPES[each.shape].of(argument(robot, inputs, each.along, each.channel), each.at)
+        for each in item.courses
+    ]
+    return np.asarray(np.prod(found, axis=0))
 
 
 def argument(robot: RobotSpec, inputs: Inputs, along: str, channel: str = "") -> Array:

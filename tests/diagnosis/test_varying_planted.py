@@ -113,6 +113,15 @@ def is_bumped_at_100_s(inputs: Inputs) -> np.ndarray:
     return tips(specified(), inputs) + np.where((inputs.time_s > 100.0)[:, np.newaxis], moved, 0.0)
 
 
+def softens_late_and_far(inputs: Inputs) -> np.ndarray:
+    """Return the tip of a robot that is half as stiff from 47 s on, beyond 0.06 N of the right drive."""
+    (segment,) = specified().segments
+    soft = replace(segment, bending_stiffness_N_m2=0.5 * segment.bending_stiffness_N_m2)
+    before, after = tips(specified(), inputs), tips(replace(specified(), segments=(soft,)), inputs)
+    both = (inputs.time_s > 47.0) & (inputs.tendon[:, 0] > 0.06)
+    return np.where(both[:, np.newaxis], after, before)
+
+
 ONE_LONG_TRIAL = (80.0, 80.0, LENGTH_S, 80.0, 80.0, LENGTH_S)  # and one that is held out
 
 
@@ -174,6 +183,18 @@ def test_a_soft_half_is_found() -> None:
     ends = (how.at[0], how.at[1]) if by < 0.0 else (how.at[1], 1.0)  # a stiff near half is a soft far one
     assert abs(ends[0] - 0.5) <= 0.15
     assert abs(ends[1] - 1.0) <= 0.15
+
+
+def test_two_things_at_once_are_found() -> None:
+    """A robot softer late and far out: beyond one pull, from one moment on or from the turn before it on."""
+    causes, how, by = varied(searched(softens_late_and_far, ["stiffness", "precurvature"]))
+    assert causes == ["stiffness"]
+    assert how.times is not None
+    at = {item.along: item.at[0] for item in how.courses}
+    assert at["level"] == pytest.approx(0.06, abs=0.015)
+    assert at.get("time", 47.0) == pytest.approx(47.0, abs=6.0)
+    assert set(at) in ({"level", "time"}, {"level", "turns"})
+    assert by == pytest.approx(-0.5, abs=0.05)
 
 
 def test_what_stays_the_same_does_not_vary() -> None:
