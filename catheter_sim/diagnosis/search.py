@@ -750,10 +750,10 @@ class VariedAlone:
         plain = left_out_anew(search.problem, found)
         chance = PAYS_CHANCE / (1 + len(list(arguments_of(problem))))
         if pays(path[0], plain, chance):
-            search.fits |= {
-                key: left_out_anew(search.problem, item) for key, item in self.search.fits.items()
-            }
-            path.append(search.fits[frozenset(found.terms)])
+            near = [item for item in _leading(self.search.tried) if item.terms != found.terms]
+            search.fits |= {frozenset(item.terms): left_out_anew(search.problem, item) for item in near}
+            search.fits[frozenset(found.terms)] = plain
+            path.append(plain)
             return True
         kept = [key for key in search.fits if key not in self.search.fits]
         calls = [(problem, search.fits[key]) for key in kept]

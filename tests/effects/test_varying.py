@@ -154,6 +154,7 @@ def test_a_file_keeps_it(tmp_path: Path) -> None:
         stiffness={"scale": 1.0, "scale~time.step(1229.51234)": -0.3},
         drift={"fade~time.linear(60)": -0.1},
         actuation_gain={"scale": 0.9, f"scale~level.linear@{RIGHT}(0.3)": 0.1},
+        twist={f"rate_deg_per_m~time.step(30)*outward.step@{RIGHT}(0)": 20.0},
     )
     cs.save_robot(robot, tmp_path / "robot.toml")
     text = (tmp_path / "robot.toml").read_text()
@@ -174,6 +175,16 @@ def test_a_file_keeps_it(tmp_path: Path) -> None:
         ('number = "scale"\nwith = "time"\nshape = "step"\nat = [1]\nby = "x"', "numbers are needed"),
         ('number = "much"\nwith = "time"\nshape = "step"\nat = [1]\nby = 1', "unknown parameter 'much'"),
         ('number = "scale"\nwith = "time"\nshape = "step"\nat = [1]\nby = 1\nso = 2', "unknown key 'so'"),
+        (
+            'number = "scale"\nwith = "place"\nshape = "between"\nat = [0, 0.5]\nby = 1\n'
+            'times = {with = "time", shape = "step", at = 3}',
+            r"varies\[0\]: with = 'place' goes with no second course",
+        ),
+        (
+            'number = "scale"\nwith = "time"\nshape = "step"\nat = [1]\nby = 1\n'
+            'times = {with = "level", shape = "step", at = 3}',
+            r"varies\[0\]\.times: with = 'level' needs a channel",
+        ),
     ],
 )
 def test_a_wrong_table_is_one_line(tmp_path: Path, table: str, said: str) -> None:
@@ -198,6 +209,16 @@ def test_simulation_and_statics_know_it() -> None:
         )
         np.testing.assert_allclose(found, np.where(np.arange(6)[:, None] > 2, second, first), atol=1e-9)
         assert np.abs(second - first).max() > 5.0
+
+
+def test_two_courses_are_multiplied() -> None:
+    """Softer from 2.5 s on, and then beyond 0.25 N alone: in one row of six."""
+    robot = section(stiffness={"scale": 1.0, f"scale~time.step(2.5)*level.step@{RIGHT}(0.25)": -0.3})
+    inputs = pulled(np.array([0.0, 0.3, 0.2, 0.3, 0.2, 0.1]))
+    before, after, found = (
+        tips([item], inputs)[0] for item in (section(), section(stiffness={"scale": 0.7}), robot)
+    )
+    np.testing.assert_allclose(found, np.where(np.arange(6)[:, None] == 3, after, before), atol=1e-9)
 
 
 def test_who_takes_a_number_at_one_value_says_so() -> None:
