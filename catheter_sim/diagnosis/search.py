@@ -129,6 +129,9 @@ derivative promises more. Why: of three planted ones it promised at most 1.04 ti
 NEARER_ROUNDS = 4
 """[fits] One after the other in which a step, or a kink, is placed anew. Why: assumed; where a number varies
 much each derivative leads a part of the way."""
+VARIED_LEAVES = 0.8
+"""[times the error of the set where the search has come to] Left at most by a number that varies beside
+others. Why: of a lens with rings one took a seventh, as one of a hundred ways in which it might."""
 VARIED_NEAR = 1.6
 """[times the error that the best of them promises] Of each further cause the best is fitted, too. Why: of a
 zero that grows with level the derivative promised 1.5 times what the best did."""
@@ -637,7 +640,8 @@ def may_end_at(current: Fit, reduced: Fit, tried: Sequence[Fit]) -> bool:
 def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few: bool = False) -> None:
     """Lengthen `path` by the best hypothesis in which a number varies, where it pays.
 
-    The chance is shared among all that numbers may vary with; not of what is seen in few stretches (`few`).
+    The chance is shared among all that numbers may vary with, and the gain must be large, since what varies
+    soaks up much. Neither holds of what is seen in few stretches (`few`), of which more is asked elsewhere.
     """
     problem, best = search.problem, path[-1]
     rows = telling(problem, courses(problem))
@@ -662,7 +666,8 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
         search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
         kinds = {(items[0].along, items[0].channel) for items, _ in rows}
         shared = PAYS_CHANCE / (1 + len(kinds))  # one of many does well by chance
-        if pays(best, front, PAYS_CHANCE if few else shared):
+        gains = few or front.cross_validated_rms <= VARIED_LEAVES * best.cross_validated_rms
+        if gains and pays(best, front, PAYS_CHANCE if few else shared):
             path.append(front)
 
 
@@ -982,6 +987,8 @@ def _searched(
         if left == CHOICE_ROUNDS - 1 and _may_vary(search, path):
             if not (varied and varied.taken(search, path, LEFT_OF_FEW)):
                 vary(search, path, numbers, most)
+            if not _varies(path[-1]):  # nor is one to come in by another way
+                search.fits = {key: item for key, item in search.fits.items() if not _varies(item)}
             problem, null = search.problem, path[0]
             singles = [search.fits[frozenset(item.terms)] for item in singles]
         done = search.late or within_model(problem, null, path[-1])
