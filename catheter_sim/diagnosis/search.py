@@ -985,12 +985,8 @@ def _searched(
                 singles = _once([*singles, *search.alone(null, detailed)])
             _forward(search, singles, variants, path, most, PATIENCE if left == CHOICE_ROUNDS - 1 else 0)
         if left == CHOICE_ROUNDS - 1 and _may_vary(search, path):
-            if not (varied and varied.taken(search, path, LEFT_OF_FEW)):
-                vary(search, path, numbers, most)
-            if not _varies(path[-1]):  # nor is one to come in by another way
-                search.fits = {key: item for key, item in search.fits.items() if not _varies(item)}
+            singles = _varied_last(search, path, singles, numbers, varied, most)
             problem, null = search.problem, path[0]
-            singles = [search.fits[frozenset(item.terms)] for item in singles]
         done = search.late or within_model(problem, null, path[-1])
         if left == CHOICE_ROUNDS - 1 and not done and not leaves_only_noise(problem, path[-1]):
             singles = _once([*singles, *search.alone(null, detailed)])
@@ -1035,6 +1031,22 @@ def _varied_first(
         if not _settled(search.problem, singles) and varied.taken(search, path, SETTLED_FACTOR):
             singles = [search.fits[frozenset(item.terms)] for item in singles]
     return varied, singles
+
+
+def _varied_last(
+    search: Search,
+    path: list[Fit],
+    singles: Sequence[Fit],
+    numbers: Sequence[Term],
+    varied: VariedAlone | None,
+    most: int,
+) -> list[Fit]:
+    """Lengthen `path` by a cause of which a number varies, alone or beside others; return the singles."""
+    if not (varied and varied.taken(search, path, LEFT_OF_FEW)):
+        vary(search, path, numbers, most)
+    if not _varies(path[-1]):  # nor is one to come in by another way
+        search.fits = {key: item for key, item in search.fits.items() if not _varies(item)}
+    return [search.fits[frozenset(item.terms)] for item in singles]
 
 
 def _settled(problem: Problem, fits: Sequence[Fit]) -> bool:
