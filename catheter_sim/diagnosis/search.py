@@ -135,6 +135,9 @@ others. Why: of a lens with rings one took a seventh, as one of a hundred ways i
 VARIED_NEAR = 1.6
 """[times the error that the best of them promises] Of each further cause the best is fitted, too. Why: of a
 zero that grows with level the derivative promised 1.5 times what the best did."""
+PROMISED_ALONE = 0.5
+"""[times the error without causes] One that is to explain all by itself is not fitted where its derivative
+promises more. Why: of a dozen such ones it promised a third at most, of halves of pairs mostly more."""
 VARIED_EACH = 3
 """[hypotheses] The same, of one cause. Why: assumed; what a number varies with is told only after a fit."""
 LEFT_OF_FEW = 2.0
@@ -645,22 +648,25 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
     """
     problem, best = search.problem, path[-1]
     rows = telling(problem, courses(problem))
-    worth = (VARIED_WORTH * best.cross_validated_rms) ** 2 * len(best.left_out)
+    share = PROMISED_ALONE if few else VARIED_WORTH
+    worth = (share * best.cross_validated_rms) ** 2 * len(best.left_out)
     found: list[Fit] = []
+    ranked: list[Promise] = []
     for start in path[:1] if leaves_only_noise(problem, best) else _distinct([path[0], best]):
         if len(start.terms) > VARIED_BESIDE:
             continue
         asked = [*start.terms, *(term for term in terms if term not in start.terms)]
-        likely = [item for item in _promised(search, start, asked, rows) if item.cost <= worth]
-        allowed = [item for item in likely if len(item.terms) <= most]
+        ranked = _promised(search, start, asked, rows)
+        allowed = [item for item in ranked if item.cost <= worth and len(item.terms) <= most]
         first = {item.effect: item for item in reversed(allowed)}  # the best of each effect
         near = [item for item in first.values() if item.cost <= VARIED_NEAR**2 * allowed[0].cost]
         picked = allowed[:VARIED] + [item for item in near if item not in allowed[:VARIED]]
         found += search.fitted([(item.terms, item.known) for item in picked])
     for number, leading in enumerate(_leading(found)):
         found += _nearer(search, leading, rows, all_kinds=number == 0)
-    if few and found and not leaves_only_noise(problem, in_order(found)[0]):
-        found += _with_two(search, path[0], [term for term in terms if term.effect in _likely(found)], rows)
+    if few and not (found and leaves_only_noise(problem, in_order(found)[0])):
+        likely = list(dict.fromkeys(item.effect for item in ranked))[:VARIED_EACH]
+        found += _with_two(search, path[0], [term for term in terms if term.effect in likely], rows)
     if found:
         front = simplest(in_order(found)[0], found)
         search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
@@ -671,11 +677,6 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
             path.append(front)
 
 
-def _likely(found: Sequence[Fit]) -> list[str]:
-    """Return the single causes that do best where a number of theirs varies."""
-    return [item.causes[0] for item in _distinct(in_order(found))][:VARIED_EACH]
-
-
 def _with_two(
     search: Search,
     null: Fit,
@@ -683,7 +684,8 @@ def _with_two(
     rows: Sequence[tuple[tuple[Variation, ...], Array]],
 ) -> list[Fit]:
     """Return the best fits in which a number varies with two things at once: late, say, and far out."""
-    likely = _promised(search, null, terms, rows, two=True)
+    worth = (PROMISED_ALONE * null.cross_validated_rms) ** 2 * len(null.left_out)
+    likely = [item for item in _promised(search, null, terms, rows, two=True) if item.cost <= worth]
     found = search.fitted([(item.terms, item.known) for item in likely[:VARIED]])
     for leading in in_order(found)[:1]:
         found += _nearer(search, leading, [], all_kinds=False)

@@ -33,8 +33,12 @@ RIDGE = 1e-6
 MULTIPLIED = 8
 """[products] Of two courses of a number, the best. Why: assumed; each begins at what one of the two says
 alone."""
-ALTERNATIONS = 3
+ALTERNATIONS = 2
 """[times] That each of the two is chosen beside the other. Why: assumed; the second hardly changes it."""
+MULTIPLIED_BY = 400
+"""[values] By which they are chosen, about. Why: assumed; all values weigh what was chosen."""
+RANKED_BY = 500
+"""[values] By which ways are ranked, about. Why: assumed; all values weigh the best of them."""
 MOST_WEIGHED = 24
 """[ways] Of a term, the best by what they were fitted to, weighed by stretches left out. Why: a step has as
 many places; of all kinds the best come first."""
@@ -244,28 +248,29 @@ def multiplied(
     single = [(items[0], values[:, 0]) for items, values in found if len(items) == 1]
     if not single or not own.any():
         return []
-    values = np.stack([values for _, values in single])
+    thin = slice(None, None, max(1, len(own) // MULTIPLIED_BY))
+    values = np.stack([values[thin] for _, values in single])
     kinds = [(item.along, item.channel) for item, _ in single]
-    names = {kind: np.array([other == kind for other in kinds]) for kind in dict.fromkeys(kinds)}
-    base = np.stack([*at.columns.values(), own], axis=1)
+    base = np.stack([*at.columns.values(), own], axis=1)[thin]
     within, _ = np.linalg.qr(base)
-    left = at.error - within @ (within.T @ at.error)
+    left = at.error[thin] - within @ (within.T @ at.error[thin])
 
     def gains(course: Array) -> Array:
-        columns = values * (own * course)
-        size = (columns**2).sum(axis=1) - ((columns @ within) ** 2).sum(axis=1)
-        return np.asarray((columns @ left) ** 2 / np.maximum(size, 1e-3 * (columns**2).sum(axis=1) + 1e-12))
+        columns = values * (own[thin] * course)
+        whole = (columns**2).sum(axis=1)
+        size = whole - ((columns @ within) ** 2).sum(axis=1)
+        return np.asarray((columns @ left) ** 2 / np.maximum(size, 1e-3 * whole + 1e-12))
 
+    alone = gains(np.ones(values.shape[1]))
+    first_of = {kinds[index]: int(index) for index in np.argsort(alone)}  # the best of each kind
     pairs: dict[tuple[int, int], float] = {}
-    for kind, mine in names.items():
-        alone = gains(np.ones(len(own)))
-        one = int(np.argmax(np.where(mine, alone, -1.0)))
+    for one in sorted(first_of.values(), key=lambda index: -alone[index])[:MULTIPLIED]:
+        mine = np.array([kind == kinds[one] for kind in kinds])
         for _ in range(ALTERNATIONS):
-            gain = gains(values[one])
-            other = int(np.argmax(np.where(mine, -1.0, gain)))
+            other = int(np.argmax(np.where(mine, -1.0, gains(values[one]))))
             again = gains(values[other])
             one = int(np.argmax(np.where(mine, again, -1.0)))
-        if {kind[0], kinds[other][0]} & set(along):
+        if {kinds[one][0], kinds[other][0]} & set(along):
             pairs[min(one, other), max(one, other)] = float(again[one])
     best = sorted(pairs, key=lambda pair: -pairs[pair])[:MULTIPLIED]
     ways: list[tuple[tuple[Variation, ...], Array]] = []
@@ -344,23 +349,45 @@ def promises(current: Fit, at: Beside, ways: Sequence[VaryingWay], each: int) ->
     known = _known(current, at)
     base = np.concatenate([base, np.diag(known[0])])
     error = np.concatenate([at.error, known[1]])
-    nothing = [np.zeros((len(known[0]), len(way.names))) for way in ways]
-    ways = [
-        VaryingWay(way.names, np.concatenate([way.columns, zeros]))
-        for way, zeros in zip(ways, nothing, strict=True)
-    ]
-    within, _ = np.linalg.qr(base)
-    left = error - within @ (within.T @ error)
-    gains = []
-    for way in ways:
-        beyond = way.columns - within @ (within.T @ way.columns)
-        turned, size, _ = np.linalg.svd(beyond, full_matrices=False)
-        use = size > NOTHING_NEW * np.linalg.norm(way.columns)
-        gains.append(float(((turned[:, use].T @ left) ** 2).sum()))
+    rows = np.arange(0, len(at.error), max(1, len(at.error) // RANKED_BY))
+    kept = np.concatenate([rows, np.arange(len(at.error), len(error))])
+    within, _ = np.linalg.qr(base[kept])
+    left = error[kept] - within @ (within.T @ error[kept])
+    gains = _gains([way.columns[rows] for way in ways], within, left)
     fold = np.concatenate([fold_of(current.block), np.full(len(known[0]), -1)])
-    best = np.argsort(-np.array(gains))[:MOST_WEIGHED]
-    found = [_promise(current, at, (error, base, fold), ways[index]) for index in best]
-    return unlike(found, each)
+    best = np.argsort(-gains)[:MOST_WEIGHED]
+    picked = [ways[index] for index in best]
+    nothing = [np.zeros((len(known[0]), len(way.names))) for way in picked]
+    whole = [
+        VaryingWay(way.names, np.concatenate([way.columns, zeros]))
+        for way, zeros in zip(picked, nothing, strict=True)
+    ]
+    return unlike([_promise(current, at, (error, base, fold), way) for way in whole], each)
+
+
+def _gains(ways: Sequence[Array], within: Array, left: Array) -> Array:
+    """Return by how much each way, shape (r, k), lowers the sum of squares, beside numbers that are fitted.
+
+    `within` spans their derivatives by orthonormal columns, shape (n, p), and `left` (n,) is the residual
+    beyond them; what is known beforehand stands in the last n - r rows, of which a way has none.
+    """
+    gains = np.zeros(len(ways))
+    rows = len(ways[0]) if ways else 0
+    single = np.array([index for index, way in enumerate(ways) if way.shape[1] == 1], dtype=int)
+    for some in np.array_split(single, 1 + len(single) // 256):
+        if not len(some):
+            continue
+        columns = np.concatenate([ways[index] for index in some], axis=1)
+        whole = (columns**2).sum(axis=0)
+        beyond = whole - ((within[:rows].T @ columns) ** 2).sum(axis=0)
+        use = beyond > NOTHING_NEW**2 * whole
+        gains[some] = np.where(use, (left[:rows] @ columns) ** 2 / np.where(use, beyond, 1.0), 0.0)
+    for index in (index for index, way in enumerate(ways) if way.shape[1] > 1):
+        padded = np.concatenate([ways[index], np.zeros((len(left) - rows, ways[index].shape[1]))])
+        turned, size, _ = np.linalg.svd(padded - within @ (within.T @ padded), full_matrices=False)
+        use = size > NOTHING_NEW * np.linalg.norm(padded)
+        gains[index] = float(((turned[:, use].T @ left) ** 2).sum())
+    return gains
 
 
 def _known(current: Fit, at: Beside) -> tuple[Array, Array]:
