@@ -137,7 +137,7 @@ VARIED_NEAR = 1.6
 zero that grows with level the derivative promised 1.5 times what the best did."""
 PROMISED_ALONE = 0.5
 """[times the error without causes] One that is to explain all by itself is not fitted where its derivative
-promises more. Why: of a dozen such ones it promised a third at most, of halves of pairs mostly more."""
+promises more. Why: of seven such ones it promised a third at most (tuning draws of the independent bench)."""
 VARIED_EACH = 3
 """[hypotheses] The same, of one cause. Why: assumed; what a number varies with is told only after a fit."""
 LEFT_OF_FEW = 2.0
@@ -897,7 +897,7 @@ class Selection:
         chosen: the chosen hypothesis.
         equals: those of `tried` that do as well with another effect in the place of a chosen one.
         unfinished: time ran out, so that the chosen hypothesis is the best so far.
-        interleaved: what was left out of fits were pieces between others (`vary_in_few_stretches`).
+        interleaved: what was left out of fits were pieces between others (`VariedAlone`).
     """
 
     null: Fit

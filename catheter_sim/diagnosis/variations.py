@@ -237,6 +237,11 @@ class VaryingWay:
     columns: Array
 
 
+def _some(count: int, most: int) -> np.ndarray:
+    """Return which of so many values stand for all, at most so many: by chance, as neighbours are columns."""
+    return np.sort(np.random.default_rng(0).permutation(count)[:most])
+
+
 def multiplied(
     at: Beside, own: Array, found: Sequence[tuple[tuple[Variation, ...], Array]], along: Sequence[str]
 ) -> list[tuple[tuple[Variation, ...], Array]]:
@@ -248,7 +253,7 @@ def multiplied(
     single = [(items[0], values[:, 0]) for items, values in found if len(items) == 1]
     if not single or not own.any():
         return []
-    thin = slice(None, None, max(1, len(own) // MULTIPLIED_BY))
+    thin = _some(len(own), MULTIPLIED_BY)
     values = np.stack([values[thin] for _, values in single])
     kinds = [(item.along, item.channel) for item, _ in single]
     base = np.stack([*at.columns.values(), own], axis=1)[thin]
@@ -349,7 +354,7 @@ def promises(current: Fit, at: Beside, ways: Sequence[VaryingWay], each: int) ->
     known = _known(current, at)
     base = np.concatenate([base, np.diag(known[0])])
     error = np.concatenate([at.error, known[1]])
-    rows = np.arange(0, len(at.error), max(1, len(at.error) // RANKED_BY))
+    rows = _some(len(at.error), RANKED_BY)
     kept = np.concatenate([rows, np.arange(len(at.error), len(error))])
     within, _ = np.linalg.qr(base[kept])
     left = error[kept] - within @ (within.T @ error[kept])
