@@ -33,9 +33,10 @@ RIDGE = 1e-6
 MULTIPLIED = 8
 """[products] Of two courses of a number, the best. Why: assumed; each begins at what one of the two says
 alone."""
-ALTERNATIONS = 2
-"""[times] That each of the two is chosen beside the other. Why: assumed; the second hardly changes it."""
-MULTIPLIED_BY = 400
+BESIDE_EACH = 3
+"""[courses] Of different kinds, multiplied with each of these, which is then placed anew. Why: assumed; by
+what is fitted alone two things that go together look alike."""
+MULTIPLIED_BY = 1500
 """[values] By which they are chosen, about. Why: assumed; all values weigh what was chosen."""
 RANKED_BY = 500
 """[values] By which ways are ranked, about. Why: assumed; all values weigh the best of them."""
@@ -266,17 +267,18 @@ def multiplied(
         size = whole - ((columns @ within) ** 2).sum(axis=1)
         return np.asarray((columns @ left) ** 2 / np.maximum(size, 1e-3 * whole + 1e-12))
 
-    alone = gains(np.ones(values.shape[1]))
-    first_of = {kinds[index]: int(index) for index in np.argsort(alone)}  # the best of each kind
+    def best_of_kinds(gain: Array, count: int) -> list[int]:
+        first = {kinds[index]: int(index) for index in np.argsort(gain)}
+        return sorted(first.values(), key=lambda index: -gain[index])[:count]
+
     pairs: dict[tuple[int, int], float] = {}
-    for one in sorted(first_of.values(), key=lambda index: -alone[index])[:MULTIPLIED]:
-        mine = np.array([kind == kinds[one] for kind in kinds])
-        for _ in range(ALTERNATIONS):
-            other = int(np.argmax(np.where(mine, -1.0, gains(values[one]))))
-            again = gains(values[other])
-            one = int(np.argmax(np.where(mine, again, -1.0)))
-        if {kinds[one][0], kinds[other][0]} & set(along):
-            pairs[min(one, other), max(one, other)] = float(again[one])
+    for begun in best_of_kinds(gains(np.ones(values.shape[1])), MULTIPLIED):
+        mine = np.array([kind == kinds[begun] for kind in kinds])
+        for other in best_of_kinds(np.where(mine, -1.0, gains(values[begun])), BESIDE_EACH):
+            gain = gains(values[other])
+            one = int(np.argmax(np.where(mine, gain, -1.0)))
+            if {kinds[one][0], kinds[other][0]} & set(along):
+                pairs[min(one, other), max(one, other)] = float(gain[one])
     best = sorted(pairs, key=lambda pair: -pairs[pair])[:MULTIPLIED]
     ways: list[tuple[tuple[Variation, ...], Array]] = []
     for one, other in best:

@@ -13,7 +13,7 @@ from planted import as_inputs, small_robot
 
 from catheter_sim.diagnosis import search, workers
 from catheter_sim.diagnosis.comparison import as_good, leaves_only_noise, pays
-from catheter_sim.diagnosis.fit import Fit, fit
+from catheter_sim.diagnosis.fit import Fit, blocks_of, fit, fold_of
 from catheter_sim.diagnosis.noise import chance_of_gain
 from catheter_sim.diagnosis.problem import Problem, Term, fitted_numbers
 from catheter_sim.diagnosis.search import may_end_at, select
@@ -313,3 +313,13 @@ def test_wild_rows_do_not_keep_a_search_going():
         outputs = replace(trial.outputs, columns={"tip_x_mm": changed})
         asked = replace(problem, trials=(replace(trial, outputs=outputs),))
         assert leaves_only_noise(asked, fit(asked, ())) is nothing_left
+    assert not leaves_only_noise(asked, fit(asked, ()), 1.5)  # the late jump
+
+
+def test_neighbours_are_left_out_of_different_fits():
+    """Of an interleaved problem pieces of two rows or three; else an eighth of the rows together."""
+    for interleaved, together in ((True, 3), (False, len(PULL) // 16)):
+        fold = fold_of(blocks_of(replace(of_powers(0.0), interleaved=interleaved)))
+        runs = np.diff(np.flatnonzero(np.diff(fold, prepend=-1, append=-1)))
+        assert (runs.max() <= together) if interleaved else (runs.max() >= together)
+        assert sorted(set(fold.tolist())) == list(range(8))
