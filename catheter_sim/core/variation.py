@@ -146,7 +146,7 @@ _UNITS = {"time": " s", "place": " of the length", "turns": ""}
 
 def variation_words(item: Variation) -> str:
     """Return with what a number varies and how: "with time, at once beyond 37.5 s"."""
-    return ", and so much more ".join(_course_words(each) for each in item.courses)
+    return ", times a second course ".join(_course_words(each) for each in item.courses)
 
 
 def _course_words(item: Variation) -> str:

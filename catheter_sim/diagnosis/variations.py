@@ -34,8 +34,8 @@ MULTIPLIED = 8
 """[products] Of two courses of a number, the best. Why: assumed; each begins at what one of the two says
 alone."""
 BESIDE_EACH = 3
-"""[courses] Of different kinds, multiplied with each of these, which is then placed anew. Why: assumed; by
-what is fitted alone two things that go together look alike."""
+"""[courses] Of different kinds, multiplied with each of these, which is then placed anew. Why: of a softening
+late and far out (`tests/diagnosis/test_varying_planted.py`) the best alone was the wrong one."""
 MULTIPLIED_BY = 1500
 """[values] By which they are chosen, about. Why: assumed; all values weigh what was chosen."""
 RANKED_BY = 500
