@@ -43,9 +43,9 @@ from catheter_sim.diagnosis.search import (
     in_best_forms,
     select,
     singles_of,
-    varying_singles,
 )
 from catheter_sim.diagnosis.thresholds import ANOTHER_FORM, EQUAL_FACTOR, MOST_CAUSES, PAYS_SHARE
+from catheter_sim.diagnosis.varying import varying_singles
 from catheter_sim.diagnosis.verdict import held_out
 
 EXPLAINING_CAUSES = 3

@@ -13,10 +13,10 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis.comparison import as_good, pays
 from catheter_sim.diagnosis.fit import Fit, FitTask, best_of_grid, blocks_of, fit, fold_of, residuals
+from catheter_sim.diagnosis.fitted_sets import Search
 from catheter_sim.diagnosis.intervals import intervals
 from catheter_sim.diagnosis.nuisance import Nuisance, nuisances_of
 from catheter_sim.diagnosis.problem import Problem, Term, box_of, fitted_numbers, prior_of, start_of
-from catheter_sim.diagnosis.search import Search
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.diagnosis.workers import (
     SERIAL,

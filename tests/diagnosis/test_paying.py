@@ -12,9 +12,9 @@ from catheter_sim.core.effect import Parameter
 from catheter_sim.diagnosis import comparison
 from catheter_sim.diagnosis.comparison import as_good, choose_on_heldout, pays
 from catheter_sim.diagnosis.fit import Fit
+from catheter_sim.diagnosis.fitted_sets import simplest
 from catheter_sim.diagnosis.noise import chance_of_gain
 from catheter_sim.diagnosis.problem import FittedNumber, Problem, Term
-from catheter_sim.diagnosis.search import simplest
 from catheter_sim.diagnosis.thresholds import EQUAL_FACTOR, PAYS_CHANCE, PAYS_SHARE
 
 STRETCHES, ROWS = 8, 10

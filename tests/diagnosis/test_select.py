@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from planted import as_inputs, small_robot
 
-from catheter_sim.diagnosis import search, workers
+from catheter_sim.diagnosis import fitted_sets, search, workers
 from catheter_sim.diagnosis.comparison import as_good, leaves_only_noise, pays
 from catheter_sim.diagnosis.fit import Fit, blocks_of, fit, fold_of
+from catheter_sim.diagnosis.fitted_sets import may_end_at
 from catheter_sim.diagnosis.noise import chance_of_gain
 from catheter_sim.diagnosis.problem import Problem, Term, fitted_numbers
-from catheter_sim.diagnosis.search import may_end_at, select
+from catheter_sim.diagnosis.search import select
 from catheter_sim.diagnosis.trials import Trial
 from catheter_sim.effects import EFFECTS
 from catheter_sim.tables import Table
@@ -153,7 +154,7 @@ def test_when_time_is_up_the_best_so_far_is_chosen(looks: int, monkeypatch):
     assert whole.chosen.causes == ("nonlinear_stiffness",)
     assert not whole.unfinished
     ticks = count()
-    for module in (search, workers):
+    for module in (fitted_sets, workers):
         monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: float(next(ticks))))
     found = select(problem, tuple(UNITS), deadline=float(looks))
     assert found.unfinished
@@ -169,7 +170,7 @@ def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
     problem = made(multiplied, "upper", (0.5, 0.5, 0.0), seed=1)
     candidates = ("stiffness", *UNITS)
     assert set(select(problem, candidates).chosen.causes) == set(UNITS)
-    monkeypatch.setattr(search, "PAIRS", 0)
+    monkeypatch.setattr(fitted_sets, "PAIRS", 0)
     monkeypatch.setattr(search, "NEAR_SETS", 0)
     assert set(select(problem, candidates).chosen.causes) == {"stiffness"}
 
@@ -177,7 +178,7 @@ def test_two_causes_are_found_beside_one_that_imitates_them(monkeypatch):
 def test_a_search_that_ended_wrongly_is_left_by_exchanging_causes(monkeypatch):
     """Where sets of two are not tried at first, one cause is exchanged for the two that it imitates."""
     monkeypatch.setattr(search, "BEAM", 1)
-    monkeypatch.setattr(search, "PAIRS", 0)
+    monkeypatch.setattr(fitted_sets, "PAIRS", 0)
     problem = made(multiplied, "upper", (0.5, 0.5, 0.0), seed=1)
     assert set(select(problem, ("stiffness", *UNITS)).chosen.causes) == set(UNITS)
 
@@ -248,7 +249,7 @@ def test_in_motion_little_is_fitted_where_nothing_is_wrong():
     candidates = ("stiffness", *UNITS, "actuation_gain", "backlash", "payload")
     found = select(pulled_in_turn((1.0, 1.0, 1.0), 1, moving=True), candidates)
     assert found.chosen.causes == ()
-    assert 0 < len(found.tried) <= search.FINALISTS
+    assert 0 < len(found.tried) <= fitted_sets.FINALISTS
 
 
 def test_a_lag_is_sought_from_hundredths_of_a_second_in_motion():
@@ -294,7 +295,7 @@ def test_a_cause_in_another_form_comes_before_two_causes(monkeypatch):
     found = select(problem, candidates)
     assert [term.free for term in found.chosen.terms] == [("quintic_mm4",)]
     assert max(len(item.terms) for item in found.tried) == 2
-    monkeypatch.setattr(search, "FIRST_IN_ALL_FORMS", 0)
+    monkeypatch.setattr(fitted_sets, "FIRST_IN_ALL_FORMS", 0)
     assert [term.free for term in select(problem, candidates).chosen.terms] != [("quintic_mm4",)]
 
 
