@@ -20,6 +20,7 @@ import gymnasium
 
 import catheter_sim as cs
 from catheter_sim.catalogue import load_robot
+from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.envs.tip import CONTROL_STEP_S
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -51,7 +52,7 @@ def kind_of_name(name: str) -> str:
 
 def name_pages() -> dict[str, str]:
     """Return the text of each public name's page, by its address in the documentation."""
-    text = "---\ntitle: cs.{0}\n---\n\n# `cs.{0}`\n\n::: {1}\n"
+    text = "---\ntitle: cs.{0}\n---\n\n::: {1}\n    options:\n      heading: cs.{0}\n"
     return {f"{NAMES}/{name}.md": text.format(name, home_of(name)) for name in cs.__all__}
 
 
@@ -143,12 +144,20 @@ def _environment_page(registered: Registered, made: Any) -> Iterator[str]:
     seen = made.observation_space
     yield f"\nObservation: `Box{seen.shape}`, {seen.dtype}; L is the straight robot's length.\n"
     yield "| index | part | what | unit |\n|---|---|---|---|"
-    cells = {part[1]: [cell.strip() for cell in part["cells"].split("|")] for part in _PART.finditer(rest)}
+    cells = _parts(inspect.getdoc(ReachEnv) or "", ", base frame") | _parts(rest)
     for part, place in made.layout.items():
         told = cells.get(part, [""])
         where = f"{place.start}" if place.stop == place.start + 1 else f"{place.start} to {place.stop - 1}"
         yield f"| {where} | `{part}` | {told[1] if len(told) > 2 else ''} | {told[-1]} |"
     yield rest
+
+
+def _parts(text: str, left_out: str = "") -> dict[str, list[str]]:
+    """Return the cells after the name of each part of an observation; the other tasks begin as `Reach`."""
+    return {
+        part[1]: [cell.replace(left_out, "").strip() for cell in part["cells"].split("|")]
+        for part in _PART.finditer(text)
+    }
 
 
 def _more(spec: Any, first: Any) -> str:

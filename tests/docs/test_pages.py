@@ -79,4 +79,6 @@ def test_every_page_is_in_the_sites_navigation() -> None:
 def test_the_site_is_built_by_an_extra() -> None:
     """What builds it is named in pyproject.toml."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert any(item.startswith("mkdocs-material") for item in project["optional-dependencies"]["docs"])
+    extra = project["optional-dependencies"]["docs"]
+    for name in ("mkdocs-material", "mkdocstrings", "jupytext"):
+        assert any(item.startswith(name) and "<" in item for item in extra), name
