@@ -2,10 +2,10 @@
 
     python scripts/look_at_pages.py results/site report.html -o results/looked_at
 
-A folder stands for every .html file below it but its 404.html, which only a server shows, and pages that lead on
-to another at once. Of each page and
-width it says: what is wider than the page and does not scroll by itself, words that look like keys
-(snake_case outside code, but the package's name), what failed to load, what the page's scripts complain of.
+A folder stands for every .html file below it but 404.html, which only a server shows, and pages that lead
+on to another. Of each page and width it says: what is wider than the page and does not scroll by itself,
+words that look like keys (snake_case outside code, but the package's name), what failed to load, what the
+page's scripts complain of.
 -o DIR gets a picture of each. The exit status is 1 where there is anything to say.
 
 Needs Playwright for Python (`pip install playwright`) and Chromium, its own or the system's.

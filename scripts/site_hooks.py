@@ -77,6 +77,8 @@ def on_page_markdown(markdown: str, page: Any = None, **_: Any) -> str:
     address = page.file.src_uri
     if address == f"{site_pages.NAMES}.md":
         markdown = markdown.replace(_NAMES, "\n".join(site_pages.table_of_names()))
+    if address == site_pages.SPLIT:
+        markdown = site_pages.by_robot(markdown)
     if address.startswith(f"{site_pages.TUTORIALS}/"):
         name = f"{Path(address).stem}.ipynb"
         title, _, rest = markdown.partition("\n")

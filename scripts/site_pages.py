@@ -181,6 +181,45 @@ def draw_environments() -> None:
 
 
 # ----------------------------------------------------------------------------------------------------
+# A long table of checks, a table for each robot, sources as links.
+
+SPLIT = "truth/validation.md"
+_DOI = {
+    "Kato 2016": "10.1007/s11548-015-1310-2",
+    "Rao 2021": "10.3389/frobt.2020.630245",
+    "Nayar 2022": "10.1109/TMRB.2022.3215522",
+    "York 2015": "10.1109/ICRA.2015.7139423",
+    "Swaney 2017": "10.1115/1.4034575",
+    "chest_tube_2025": "10.1109/LRA.2025.3597860",
+}
+
+
+def by_robot(text: str) -> str:
+    """Return a page whose rows begin with "robot: " with a heading and a table for each robot."""
+    lines = text.split("\n")
+    first = next((number for number, line in enumerate(lines) if line.startswith("| check |")), None)
+    if first is None:
+        return text
+    last = next((k for k in range(first, len(lines)) if not lines[k].startswith("|")), len(lines))
+    tables: dict[str, list[str]] = {}
+    for row in lines[first + 2 : last]:
+        robot, _, rest = row.removeprefix("| ").partition(": ")
+        tables.setdefault(robot, []).append(f"| {_linked(rest)}")
+    made = []
+    for robot, rows in tables.items():
+        made += [f"## {robot}", "", *lines[first : first + 2], *rows, ""]
+    return "\n".join([*lines[:first], *made, *lines[last:]])
+
+
+def _linked(row: str) -> str:
+    """Return a row with its last cell's papers as links."""
+    cells, source = row.rstrip(" |").rpartition(" | ")[::2]
+    for paper, doi in _DOI.items():
+        source = source.replace(paper, f"[{paper}](https://doi.org/{doi})", 1)
+    return f"{cells} | {source} |"
+
+
+# ----------------------------------------------------------------------------------------------------
 # A notebook for each tutorial, from the same page.
 
 _BLOCK = re.compile(r'^```(\w*)(?: title="([^"\n]+)")?\n(.*?)^```$', re.DOTALL | re.MULTILINE)

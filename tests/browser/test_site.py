@@ -55,3 +55,17 @@ def test_a_word_is_found_from_a_folder(site: Path, word: str, page: Any) -> None
     page.wait_for_selector(".md-search-result__item", timeout=30_000)
     assert word.lower() in page.locator(".md-search-result__item").first.inner_text().lower()
     assert all(url.startswith("file:") for url in asked)
+
+
+@pytest.mark.slow
+def test_the_rows_of_a_long_page_are_filtered(site: Path, page: Any) -> None:
+    """By words of the row or of the heading above it; without words all rows are there."""
+    page.goto((site / "truth" / "validation.html").as_uri())
+    rows = page.locator("tbody tr")
+    count = rows.count()
+    page.fill(".rows-filter", "chest_tube_section refuted")
+    left = [row.inner_text() for row in rows.all() if row.is_visible()]
+    assert 0 < len(left) < count
+    assert all("refuted" in row for row in left)
+    page.fill(".rows-filter", "")
+    assert all(row.is_visible() for row in rows.all())

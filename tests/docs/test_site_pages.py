@@ -53,6 +53,19 @@ def test_every_environment_has_a_page_with_its_spaces(pages: ModuleType) -> None
         assert (pages.PICTURES / f"{name}.png").is_file()
 
 
+def test_the_checks_stand_in_a_table_for_each_robot(pages: ModuleType) -> None:
+    """No row is lost, each robot has a heading, and a source that is a paper is a link."""
+    text = (ROOT / "docs" / "truth" / "validation.md").read_text(encoding="utf-8")
+    made = pages.by_robot(text)
+    robots = set(re.findall(r"^\| (\w+): ", text, re.MULTILINE))
+    assert robots <= set(re.findall(r"^## (\w+)$", made, re.MULTILINE))
+    assert len(re.findall(r"^\| check \|", made, re.MULTILINE)) == len(robots)
+    more = 2 * (len(robots) - 1)  # heads and rules
+    assert made.count("\n|") == text.count("\n|") + more
+    assert "[Kato 2016](https://doi.org/10.1007/s11548-015-1310-2), Results" in made
+    assert pages.by_robot("no table") == "no table"
+
+
 def test_a_notebook_has_the_pages_files_commands_and_code(pages: ModuleType) -> None:
     """In their order; what a page shows as printed is left for the notebook to print."""
     pytest.importorskip("jupytext", reason="jupytext, of the extra docs, makes notebooks")
