@@ -37,6 +37,7 @@ _KEY = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 _NO_KEY = "catheter_sim"
+_BARE_KEY = re.compile(rf"\b(?!{_NO_KEY}\b)[a-z][a-z0-9]*(?:_[a-z0-9]+)+\b")
 
 
 def on_config(config: Any) -> Any:
@@ -84,6 +85,22 @@ def on_page_markdown(markdown: str, page: Any = None, **_: Any) -> str:
         title, _, rest = markdown.partition("\n")
         markdown = f"{title}\n\n[Download this page as a notebook]({name}){{ download }}\n{rest}"
     return _KEY.sub(_as_code, markdown)
+
+
+def on_page_content(html: str, page: Any, **_: Any) -> str:
+    """Return a page made from docstrings with every bare key put as code, outside code and tags."""
+    if not page.file.src_uri.startswith(f"{site_pages.NAMES}/"):
+        return html
+    depth, parts = 0, []
+    for part in re.split(r"(<[^>]*>)", html):
+        if part.startswith(("<code", "<pre")):
+            depth += 1
+        elif part.startswith(("</code", "</pre")):
+            depth -= 1
+        elif not part.startswith("<") and not depth:
+            part = _BARE_KEY.sub(r"<code>\g<0></code>", part)
+        parts.append(part)
+    return "".join(parts)
 
 
 def _as_code(found: re.Match[str]) -> str:

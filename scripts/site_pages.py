@@ -230,7 +230,11 @@ def notebook_of(text: str) -> str:
     """Return a tutorial as a notebook's JSON: commands and code are cells, what they print is left out."""
     import jupytext
 
-    first = 'import os\n\nos.environ["PYTHONUNBUFFERED"] = "1"  # what a command prints comes at once\n'
+    first = (
+        "import os\n\n"
+        'os.environ["PYTHONUNBUFFERED"] = "1"  # what a command prints comes at once\n'
+        'os.environ.pop("MPLBACKEND", None)  # commands draw into files, not into the notebook\n'
+    )
     parts, at = [f"```python\n{first}```"], 0
     for block in _BLOCK.finditer(text):
         kind, name, code = block.groups()

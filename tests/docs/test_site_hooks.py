@@ -38,6 +38,17 @@ def test_a_bare_key_is_put_as_code(hooks: ModuleType, text: str, shown: str) -> 
     assert hooks.on_page_markdown(text, page=PAGE) == shown
 
 
+def test_a_bare_key_of_a_docstring_is_put_as_code(hooks: ModuleType) -> None:
+    """On the pages of names, which Markdown has made already; tags and code stay as they are."""
+    page = SimpleNamespace(file=SimpleNamespace(src_uri="reference/python/Run.md"))
+    html = '<h2 id="to_table">to_table</h2><p>a tip_mm of <code>tip_mm</code> in catheter_sim</p>'
+    made = hooks.on_page_content(html, page=page)
+    assert made == html.replace(">to_table<", "><code>to_table</code><").replace(
+        "a tip_mm", "a <code>tip_mm</code>"
+    )
+    assert hooks.on_page_content(html, page=PAGE) == html
+
+
 def test_a_page_fetches_nothing_from_elsewhere(hooks: ModuleType) -> None:
     """A link to another site is none; anything else is refused."""
     page = '<link rel="stylesheet" href="assets/a.css"><a href="https://host.example">there</a>'
