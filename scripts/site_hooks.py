@@ -88,8 +88,8 @@ def on_page_markdown(markdown: str, page: Any = None, **_: Any) -> str:
 
 
 def on_page_content(html: str, page: Any, **_: Any) -> str:
-    """Return a page made from docstrings with every bare key put as code, outside code and tags."""
-    if not page.file.src_uri.startswith(f"{site_pages.NAMES}/"):
+    """Return a page of docstrings, or of changes, with every key that stands bare in its text put as code."""
+    if not page.file.src_uri.startswith((f"{site_pages.NAMES}/", "changes.md")):
         return html
     depth, parts = 0, []
     for part in re.split(r"(<[^>]*>)", html):

@@ -50,20 +50,30 @@ def kind_of_name(name: str) -> str:
     return "error" if issubclass(value, (Exception, Warning)) else "class"
 
 
+def address_of(name: str) -> str:
+    """Return the address of a public name's page; `export` and `Export` must not be one file on any disk."""
+    return f"{NAMES}/{'' if kind_of_name(name) == 'function' else 'classes/'}{name}.md"
+
+
 def name_pages() -> dict[str, str]:
     """Return the text of each public name's page, by its address in the documentation."""
     text = "---\ntitle: cs.{0}\n---\n\n::: {1}\n    options:\n      heading: cs.{0}\n"
-    return {f"{NAMES}/{name}.md": text.format(name, home_of(name)) for name in cs.__all__}
+    return {address_of(name): text.format(name, home_of(name)) for name in cs.__all__}
 
 
 def table_of_names() -> Iterator[str]:
     """Yield the lines of the table of names; each row keeps the anchor that its heading had once."""
+    anchors: dict[str, str] = {}
+    for name in cs.__all__:
+        same = sum(other.lower() == name.lower() for other in anchors)
+        anchors[name] = f"cs{name.lower()}{f'_{same}' if same else ''}"
     for kind, heading in (("function", "Functions"), ("class", "Classes"), ("error", "Errors and notes")):
         yield f"\n## {heading}\n\n| name | what |\n|---|---|"
         for name in cs.__all__:
             if kind_of_name(name) == kind:
                 summary = (inspect.getdoc(getattr(cs, name)) or "").splitlines()[0].replace("|", "\\|")
-                yield f'| <a id="cs{name.lower()}"></a>[`cs.{name}`](python/{name}.md) | {summary} |'
+                address = address_of(name).removeprefix("reference/")
+                yield f'| <a id="{anchors[name]}"></a>[`cs.{name}`]({address}) | {summary} |'
 
 
 # ----------------------------------------------------------------------------------------------------
