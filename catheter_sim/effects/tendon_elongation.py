@@ -10,8 +10,9 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.document import si_of, with_values
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects.shared import in_series_at, places
+from catheter_sim.effects.shared import TO_SI, actuation_unit, in_series_at, places, scale_of
 
 _STIFFNESS = "stiffness_N_per_mm"
 _CYCLIC = "cyclic_length_mm"
@@ -115,6 +116,30 @@ def _arriving(rows: Array, most: Array, least: Array, pairs: Array) -> Array:
     return np.where(np.isnan(pairs), rows, np.where(pairs > 0.0, paired, rows - most))
 
 
+def _toe_names(robot: RobotSpec) -> tuple[str, str]:
+    unit = scale_of(robot)
+    return f"toe_{unit}", f"toe_range_{unit}"
+
+
+def _toe(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.TENDON_STIFFNESS):
+        return ()
+    (length, beyond), unit = _toe_names(robot), actuation_unit(robot)
+    return (
+        Parameter(length, null=0.0, lower=0.0, upper=5.0 * unit, scale=0.05 * unit, start=0.1 * unit),
+        Parameter(beyond, unit, 0.1 * unit, 10.0 * unit, scale=0.1 * unit, start=unit, of_shape=True),
+    )
+
+
+def _bedding(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    (length, beyond), unit = _toe_names(robot), TO_SI[scale_of(robot)]
+    most, over = (
+        values.get(name, usual) * unit for name, usual in ((length, 0.0), (beyond, actuation_unit(robot)))
+    )
+    lost = most * (1.0 - np.exp(-np.abs(inputs.tendon) / over))
+    return replace(inputs, tendon=_arriving(inputs.tendon, lost, -lost, _pairs(robot)))
+
+
 EFFECT = Effect(
     name="tendon_elongation",
     summary="tendons stretch with tension, in series with the specified stiffness, or stay longer by "
@@ -136,6 +161,15 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=_set,
             memory=_Lengthened(),
+            further=True,
+        ),
+        Form(
+            name="toe",
+            equation="a pulled tendon is longer by toe * (1 - exp(-|u| / toe_range)): a braid that gives way "
+            "at first; its tension is taken to grow with its input",
+            stage=Stage.COMMAND,
+            parameters=_toe,
+            command=_bedding,
             further=True,
         ),
         Form(
