@@ -32,6 +32,7 @@ robot.toml (the extended robot, accepted wherever a robot id is), and the fitted
 Errors are in mm or deg on trials held out from the fit.
 Where too little was measured to name any cause (fewer than 60 values to learn from, held-out data of fewer
 than 5 stretches or without motion), that is said at once, and no cause is looked for.
+Several DATASETs are diagnosed one after the other, each into a folder of its own name in DIR.
 A run that was stopped goes on where it was when it is started again with the same DIR.
 Standard error says what is being done, with the time since the start.
 """
@@ -40,7 +41,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument("dataset", metavar="DATASET", help="folder of a measured data set")
+    parser.add_argument("datasets", metavar="DATASET", nargs="+", help="folder of a measured data set")
     arguments.add_output(parser, "DIR", "folder to write, made where it does not exist")
     arguments.add_jobs(parser)
     parser.add_argument(
@@ -89,16 +90,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnose, then print what was found."""
     folder = check_output_folder(options.output)
+    if len(options.datasets) == 1:
+        return _run_one(options, options.datasets[0], folder)
+    if options.since:
+        raise InputError("--since compares one data set with earlier ones: give one DATASET")
+    names = [Path(name).resolve().name for name in options.datasets]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name}: two data sets of this name would be written to one folder")
+    _check_all(options.datasets)
+    for name, dataset in zip(names, options.datasets, strict=True):
+        print(f"{name}:")
+        _run_one(options, dataset, folder / name)
+    return 0
+
+
+def _check_all(datasets: Iterable[str]) -> None:
+    """Read every data set, before hours are spent on the first one.
+
+    Raises:
+        InputError: one of them cannot be read.
+    """
+    from catheter_sim.diagnosis.dataset import load_dataset
     from catheter_sim.foreign.model import is_foreign
 
-    if is_foreign(options.dataset):
-        return _run_foreign(options, folder)
+    for name in datasets:
+        if not is_foreign(name):
+            load_dataset(name)
+
+
+def _run_one(options: argparse.Namespace, dataset: str, folder: Path) -> int:
+    """Diagnose one data set into a folder, then print what was found."""
+    from catheter_sim.foreign.model import is_foreign
+
+    if is_foreign(dataset):
+        return _run_foreign(options, dataset, folder)
     if options.since:
-        return _run_since(options, folder)
+        return _run_since(options, dataset, folder)
     from catheter_sim.diagnosis.pipeline import diagnose
 
     diagnosis = diagnose(
-        options.dataset,
+        dataset,
         folder,
         jobs=options.jobs,
         progress=True,
@@ -112,15 +144,15 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
+def _run_foreign(options: argparse.Namespace, dataset: str, folder: Path) -> int:
     """Say what somebody's MJCF gets wrong."""
     for name in ("since", "budget", "dask", "search_anyway"):
         if getattr(options, name):
             option = name.replace("_", "-")
-            raise InputError(f"{options.dataset}: --{option} is not for robots from somebody's MJCF")
+            raise InputError(f"{dataset}: --{option} is not for robots from somebody's MJCF")
     from catheter_sim.foreign.diagnose import diagnose_foreign, lines, write_foreign
 
-    found = diagnose_foreign(options.dataset, options.jobs, progress=True)
+    found = diagnose_foreign(dataset, options.jobs, progress=True)
     left = write_foreign(found, folder)
     print("\n".join(lines(found)))
     if left:
@@ -129,7 +161,7 @@ def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
     return 0
 
 
-def _run_since(options: argparse.Namespace, folder: Path) -> int:
+def _run_since(options: argparse.Namespace, dataset: str, folder: Path) -> int:
     """Say what changed since one earlier data set or several."""
     from catheter_sim.diagnosis.changes.compare import earlier_recording
     from catheter_sim.diagnosis.changes.report import (
@@ -145,7 +177,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     from catheter_sim.diagnosis.document import stamped
     from catheter_sim.diagnosis.workers import Workers
 
-    after = load_dataset(options.dataset)
+    after = load_dataset(dataset)
     series = compare_series(
         [earlier_recording(Path(name), after) for name in options.since],
         after,
