@@ -113,6 +113,37 @@ def test_a_braid_gives_way_at_first() -> None:
     assert np.array_equal(found[:, torsion], columns[torsion])  # no tendon of it bends
 
 
+def test_zeros_settle_with_the_logarithm_of_time() -> None:
+    """0.1 N for each factor of e: after 30 (e - 1) s of a time of 30 s that far, on both channels."""
+    late = 30.0 * (math.e - 1.0)
+    found = arrived(
+        SECTION, {"drift": {"log_zero_N": 0.1, "log_time_s": 30.0}}, [[0.5] * 3] * 2, [0.0, late, 1000.0]
+    )
+    assert found[:, 0] == pytest.approx([0.5, 0.6, 0.5 + 0.1 * math.log(1.0 + 1000.0 / 30.0)])
+    assert np.array_equal(found[:, 0], found[:, 1])
+
+
+def test_a_pulled_tendon_lengthens_element_by_element() -> None:
+    """Held at 2 mm it gives way by four exponentials; a pair's other tendon has not been pulled."""
+    robot = load_robot("mitral_transseptal")
+    names = [item.name for item in robot.tendons]
+    bending = names.index("bending")
+    time_s = [0.0, 1e-9, 40.0, 4000.0, 4000.0 + 1e-9]
+    columns = np.zeros((len(names), 5))
+    columns[bending] = [0.0, 2.0, 2.0, 2.0, -2.0]
+    effects = {"tendon_elongation": {"creep_share": 0.1, "creep_time_s": 10.0}}
+    found = arrived(robot, effects, columns, time_s)[:, bending]
+    crept = [0.25 * sum(1.0 - math.exp(-t / (10.0 * 4.0**k)) for k in range(4)) for t in (40.0, 4000.0)]
+    assert found == pytest.approx([0.0, 2.0, 2.0 - 0.2 * crept[0], 2.0 - 0.2 * crept[1], -2.0], abs=1e-6)
+    times = np.geomspace(10.0, 640.0, 7)
+    held = np.zeros((len(names), 8))
+    held[bending] = 2.0
+    held[bending, 0] = 0.0
+    lost = 2.0 - arrived(robot, effects, held, [0.0, *(times + 1e-9)])[1:, bending]
+    steps = np.diff(lost)
+    assert steps.max() < 2.0 * steps.min()  # about the same for each doubling, as a logarithm
+
+
 @pytest.mark.parametrize(("share", "onto"), [(0.1, "base_left"), (-0.1, "base_right")])
 def test_rods_routed_aside_bend_the_other_section_aside(share: float, onto: str) -> None:
     """The tip's front rod (+y), a quarter turn from x to y aside, pulls a tenth at the base's left (-x)."""
