@@ -83,7 +83,7 @@ def times(prefix: str, factor: float) -> Wrong:
 
 
 def bent(factor: float) -> Wrong:
-    """Return a perturbation: bending is off by `factor`, of one that is pulled by tension by its stiffness."""
+    """Return a perturbation: bending is off by `factor`; where tension pulls, by the stiffness."""
 
     def offsets(name: str) -> list[Offsets]:
         if name in CATHETERS:
@@ -202,7 +202,7 @@ def test_right_model_passes(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "wrong"), applying())
+@pytest.mark.parametrize(("name", "wrong"), list(applying()))
 def test_slightly_wrong_model_fails(name: str, wrong: Wrong) -> None:
     """An analytic side, or a camera, that is a little wrong puts a posture out of a tolerance."""
     found = wrong(name)
@@ -298,7 +298,7 @@ def test_triangles_are_painted_at_pixels_centres_and_the_nearest_is_seen() -> No
 
 @pytest.mark.parametrize("name", CATHETERS)
 def test_rigid_rings_turn_by_a_hinge_each_and_reach_the_arcs_end(name: str) -> None:
-    """Between two rings lies one hinge's angle; turned by the last one, a joint ends where pure kinematics has it."""
+    """Between two rings lies a hinge's angle; beyond the last a joint ends where pure kinematics has it."""
     robot = load_robot(name)
     even = replace(CASES[name], as_built=None).statics(robot, CASES[name].tendon)
     last = {part.segment: k for k, part in enumerate(elements(robot))}
