@@ -380,7 +380,7 @@ class RenderCase:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnCase:
     """The simulated rows of a case as they are drawn.
 
     Attributes:
@@ -406,7 +406,7 @@ class Drawn:
         ]
 
 
-def draw(case: RenderCase) -> Drawn:
+def draw(case: RenderCase) -> DrawnCase:
     """Simulate the rows of `case`, and draw each.
 
     Raises:
@@ -432,10 +432,10 @@ def draw(case: RenderCase) -> Drawn:
         run = simulate(robot, inputs, NO_GRAVITY, on_row=keep, ramp_s=case.ramp_s)
     if run.failure:
         raise InputError(f"{case.robot}: {run.failure}")
-    return Drawn(robot, marks, tuple(rows))
+    return DrawnCase(robot, marks, tuple(rows))
 
 
-def off_axis_m(drawn: Drawn) -> float:
+def off_axis_m(drawn: DrawnCase) -> float:
     """Return how far the middle of any round part lies from the straight robot's axis, at most [m]."""
     prefixes = tuple(f"{prefix}_" for prefix in kind_of(drawn.robot).picture.CENTRELINE_PARTS)
     round_parts = [

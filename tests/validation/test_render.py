@@ -14,6 +14,7 @@ from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.core.posture import Posture
 from catheter_sim.robots import kind_of
 from catheter_sim.robots.catheter.description import elements, hinge_counts, hinge_heights_m, turning
+from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.validation.render import (
     BODY,
     CASES,
@@ -21,7 +22,7 @@ from catheter_sim.validation.render import (
     MEAN_PX,
     STRIPE,
     WORST_PX,
-    Drawn,
+    DrawnCase,
     Offsets,
     _painted,
     about,
@@ -40,7 +41,7 @@ CATHETERS = ("mitral_transseptal", "mitral_4dof")
 
 
 @cache
-def drawn(name: str) -> Drawn:
+def drawn(name: str) -> DrawnCase:
     """Return every second row of a robot's case as it is drawn."""
     return draw(replace(CASES[name], tendon=rows(name)))
 
@@ -54,11 +55,10 @@ def of_each(names: Sequence[str]) -> list[object]:
     return [pytest.param(name, marks=pytest.mark.xdist_group(f"drawn {name}")) for name in names]
 
 
-def statics(name: str, tendon: np.ndarray | None = None, **changes: float) -> list[Posture]:
-    """Return what the case's model makes of its rows, or of others, for the robot with numbers changed."""
-    return CASES[name].statics(
-        replace(drawn(name).robot, **changes), rows(name) if tendon is None else tendon
-    )
+def statics(name: str, tendon: np.ndarray | None = None, stiffness_scale: float = 1.0) -> list[Posture]:
+    """Return what the case's model makes of its rows, or of others, by a robot that is stiffer."""
+    robot = replace(drawn(name).robot, stiffness_scale=stiffness_scale)
+    return CASES[name].statics(robot, rows(name) if tendon is None else tendon)
 
 
 # Perturbations: what the check sees of a robot whose analytic side is wrong.
@@ -300,11 +300,12 @@ def test_triangles_are_painted_at_pixels_centres_and_the_nearest_is_seen() -> No
 def test_rigid_rings_turn_by_a_hinge_each_and_reach_the_arcs_end(name: str) -> None:
     """Between two rings lies a hinge's angle; beyond the last a joint ends where pure kinematics has it."""
     robot = load_robot(name)
+    assert isinstance(robot, CatheterRobot)
     even = replace(CASES[name], as_built=None).statics(robot, CASES[name].tendon)
     last = {part.segment: k for k, part in enumerate(elements(robot))}
     for posture in even:
         rigid = with_rigid_rings(robot, posture)
-        bends = np.split(posture.joint_angles, np.cumsum(hinge_counts(robot))[:-1])
+        bends = np.split(posture.joint_angles, list(np.cumsum(np.array(hinge_counts(robot))))[:-1])
         for segment, angles in zip(turning(robot), bends, strict=True):
             index = robot.segments.index(segment)
             if segment.joint != "bending":
