@@ -27,7 +27,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import outputs_of
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
-from catheter_sim.errors import InputError
+from catheter_sim.errors import InputError, SimulationDiverged
 from catheter_sim.mechanics.compiled import compiled
 from catheter_sim.mjcf import names
 from catheter_sim.modelling.build import View, remembered_mjcf, views
@@ -149,8 +149,8 @@ def _numbered(robot: RobotSpec, model: mujoco.MjModel, count: int, section: NDAr
     of_body[0] = 0
     of_body[model.site_bodyid[face]] = np.arange(1, count + 1)
     part = of_body[model.geom_bodyid]
-    part[_left_behind(robot, model, face)] = -1
     stripe = np.array([model.geom(k).name.startswith(f"{STRIPE}_") for k in range(model.ngeom)])
+    part[_left_behind(robot, model, face) & ~stripe] = -1
     model.geom_group[:] = np.where(part < 0, _HIDDEN, np.where(stripe, _STRIPES, _SHOWN))
     triangles = {}
     for geom in np.flatnonzero(part >= 0):
@@ -169,8 +169,7 @@ def _left_behind(robot: RobotSpec, model: mujoco.MjModel, face: NDArray[np.int64
     moved.site_pos[face, 2] -= 1e-3  # a millimetre: any length would do
     follows = (kind_of(robot).picture.geom_places(robot, moved) != model.geom_pos).any(axis=1)
     halved = np.isin(model.geom_bodyid, model.geom_bodyid[follows])
-    stripe = np.array([model.geom(k).name.startswith(f"{STRIPE}_") for k in range(model.ngeom)])
-    return halved & ~follows & ~stripe
+    return np.asarray(halved & ~follows)
 
 
 def _triangles(model: mujoco.MjModel, geom: int) -> Array:
@@ -410,7 +409,8 @@ def draw(case: RenderCase) -> DrawnCase:
     """Simulate the rows of `case`, and draw each.
 
     Raises:
-        InputError: nothing can be drawn here, or the simulation fails.
+        InputError: nothing can be drawn here.
+        SimulationDiverged: the simulation failed.
     """
     robot = load_robot(case.robot)
     marks = marked(robot)
@@ -431,7 +431,7 @@ def draw(case: RenderCase) -> DrawnCase:
         inputs = given(case.tendon, robot.actuation)
         run = simulate(robot, inputs, NO_GRAVITY, on_row=keep, ramp_s=case.ramp_s)
     if run.failure:
-        raise InputError(f"{case.robot}: {run.failure}")
+        raise SimulationDiverged(f"{case.robot}: {run.failure}")
     return DrawnCase(robot, marks, tuple(rows))
 
 
@@ -528,6 +528,8 @@ CASES: dict[str, RenderCase] = {
     case.robot: case
     for case in (
         RenderCase("neuroendoscope_section", "fkm_sliding", np.array(_SECTION_N)),
+        # Two sections with friction follow a long reversal in 2 s too fast for statics: the tip of 120 mm is
+        # then up to 0.40 mm off, after 5 s 0.19 mm.
         RenderCase("neuroendoscope", "fkm_sliding", np.array(_FULL_N), ramp_s=5.0),
         RenderCase("spacer_disk", "VC_ref_noproj", np.array(_DISK_N, dtype=float)),
         RenderCase("chest_tube_section", "complete", np.array(_CHEST_SECTION_N, dtype=float)),
@@ -541,14 +543,19 @@ CASES: dict[str, RenderCase] = {
 
 
 def checked(*ids: str) -> Validation:
-    """Return the render check of robots in `CASES`; it says so where nothing can be drawn."""
+    """Return the render check of robots in `CASES`; it says so where nothing can be drawn.
+
+    Raises:
+        SimulationDiverged: a simulation failed.
+    """
+    try:
+        open_renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), WIDTH, HEIGHT).close()
+    except InputError as error:
+        return Validation((), (f"{', '.join(ids)}: render check not run: {error}",))
     lines: list[Line] = []
     for name in ids:
         case = CASES[name]
-        try:
-            drawn = draw(case)
-        except InputError as error:
-            return Validation((), (f"{name}: render check not run: {error}",))
+        drawn = draw(case)
         found = drawn.offsets(case.statics(drawn.robot, case.tendon))
         robot, _, which = name.partition("@")
         scale = mm_per_px(drawn.robot)

@@ -6,15 +6,18 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.core.posture import Posture
+from catheter_sim.errors import InputError
 from catheter_sim.robots import kind_of
 from catheter_sim.robots.catheter.description import elements, hinge_counts, hinge_heights_m, turning
 from catheter_sim.robots.catheter.spec import CatheterRobot
+from catheter_sim.validation import render
 from catheter_sim.validation.render import (
     BODY,
     CASES,
@@ -233,6 +236,18 @@ def test_straight_robots_parts_lie_about_its_axis(name: str) -> None:
     assert off_axis_m(replace(here, marks=replace(here.marks, triangles=aside))) == pytest.approx(
         1e-4, rel=0.02
     )
+
+
+def test_check_that_cannot_draw_says_so_and_is_not_a_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without OpenGL there is no line, and one sentence of why"""
+
+    def refuse(*_: object) -> None:
+        raise InputError("no OpenGL here")
+
+    monkeypatch.setattr(render, "open_renderer", refuse)
+    found = render.validate_render_4dof(Path("."))
+    assert found.findings == ("mitral_4dof: render check not run: no OpenGL here",)
+    assert not found.passed
 
 
 # Made-up pictures.
