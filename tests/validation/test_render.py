@@ -58,10 +58,10 @@ def of_each(names: Sequence[str]) -> list[object]:
     return [pytest.param(name, marks=pytest.mark.xdist_group(f"drawn {name}")) for name in names]
 
 
-def statics(name: str, tendon: np.ndarray | None = None, stiffness_scale: float = 1.0) -> list[Posture]:
-    """Return what the case's model makes of its rows, or of others, by a robot that is stiffer."""
-    robot = replace(drawn(name).robot, stiffness_scale=stiffness_scale)
-    return CASES[name].statics(robot, rows(name) if tendon is None else tendon)
+@cache
+def statics(name: str, stiffness_scale: float = 1.0) -> list[Posture]:
+    """Return what the case's model makes of its rows, by a robot that is so much stiffer."""
+    return CASES[name].statics(replace(drawn(name).robot, stiffness_scale=stiffness_scale), rows(name))
 
 
 # Perturbations: what the check sees of a robot whose analytic side is wrong.
@@ -80,7 +80,7 @@ def times(prefix: str, factor: float) -> Wrong:
     def offsets(name: str) -> list[Offsets]:
         tendon = rows(name).copy()
         tendon[:, pulled(name, prefix)] *= factor
-        return drawn(name).offsets(statics(name, tendon))
+        return drawn(name).offsets(CASES[name].statics(drawn(name).robot, tendon))
 
     return offsets
 
