@@ -20,7 +20,6 @@ from catheter_sim.core.effect import Handle, Mover, Sizes
 from catheter_sim.core.inputs import Drive, Outputs
 from catheter_sim.core.law import Batched, Laws
 from catheter_sim.core.motion import Integration
-from catheter_sim.core.posture import Posture
 from catheter_sim.core.published import InputLimits, QuickModel, Robots, SpeedCase
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import Statics, Twins
@@ -97,19 +96,16 @@ class Model(Protocol[R_in]):
 
 
 class Picture(Protocol[R_in]):
-    """`picture.py`: what is drawn of me, and where is my centreline?"""
+    """`picture.py`: what is drawn of me, and which of it lies about my axis?"""
 
     CENTRELINE_PARTS: tuple[str, ...]
-    """What the names of geoms begin with (`<prefix>_`) whose pixels' middle is the centreline."""
+    """What the names of geoms begin with (`<prefix>_`) whose middle is the axis of the straight robot."""
 
     def meshes(self, robot: R_in) -> Mapping[str, trimesh.Trimesh]:
         """Return every mesh that `parts` names, by its name."""
 
     def parts(self, robot: R_in, element: int) -> tuple[Part, ...]:
         """Return what a body of the chain shows: 0 for what carries the base, then from base to tip."""
-
-    def centreline(self, robot: R_in, posture: Posture) -> Array:
-        """Return points on the centreline from what is drawn of the base to the tip, shape (n, 3) [m]."""
 
     def geom_places(self, robot: R_in, model: mujoco.MjModel) -> Array:
         """Return where the model's geoms stand in their bodies, as simulated, shape (ngeom, 3) [m]."""
@@ -198,7 +194,7 @@ class Kind(Generic[S]):
 
     @cached_property
     def picture(self) -> Picture[S]:
-        """What is drawn of me, and where is my centreline?"""
+        """What is drawn of me, and which of it lies about my axis?"""
         return importlib.import_module(f"{self.package}.picture")
 
     @cached_property

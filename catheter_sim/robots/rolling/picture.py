@@ -1,4 +1,4 @@
-"""What a robot of rolling joints looks like: its links as meshes, what is drawn, its centreline."""
+"""What a robot of rolling joints looks like: its links as meshes, what is drawn, its axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import numpy as np
 import trimesh
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.posture import Posture
 from catheter_sim.mjcf.names import face
 from catheter_sim.mjcf.parts import Part
 from catheter_sim.mjcf.solids import FIXED, Bore, Colour, bored, together
@@ -267,11 +266,9 @@ def _lumen(robot: RollingRobot, outer: float) -> list[Bore]:
 
 
 # ----------------------------------------------------------------------------------------------------
-# What is drawn of a robot of rolling joints, and where its centreline is.
+# What is drawn of a robot of rolling joints, and which parts lie about its axis.
 #
-# It has no backbone: its links are round about its axis, so the middle of the links' own pixels is the
-# axis. In a joint's gap pixels are missing on one side, which moves the middle there a little: a tenth of a
-# pixel or two at 640 x 480.
+# It has no backbone: its links are round about its axis.
 
 CENTRELINE_PARTS: tuple[str, ...] = (LINK_PREFIX, BASE_PREFIX)
 
@@ -284,19 +281,6 @@ def meshes(robot: RollingRobot) -> Mapping[str, trimesh.Trimesh]:
 def parts(robot: RollingRobot, element: int) -> tuple[Part, ...]:
     """Return what a link shows: 0 for the fixed base, 1 to n for the links from base to tip."""
     return link_parts(robot, element)
-
-
-def centreline(robot: RollingRobot, posture: Posture) -> Array:
-    """Return the axes of the base piece and of all links, one after another, shape (2 n + 2, 3) [m].
-
-    Links are straight: the axis has a kink, and a step of a fraction of a millimetre, in each joint.
-    Each is taken from beside the face below it, whatever its length under load.
-    """
-    axis = posture.R_w[:, :, 2]
-    below = np.concatenate([np.zeros((1, 3)), posture.p_w[:-1]])
-    begin = posture.p_w - ((posture.p_w - below) * axis).sum(axis=1, keepdims=True) * axis
-    base = np.array([(0.0, 0.0, base_bottom_m(robot)), (0.0, 0.0, 0.0)])
-    return np.concatenate([base, np.stack([begin, posture.p_w], axis=1).reshape(-1, 3)])
 
 
 def geom_places(robot: RollingRobot, model: mujoco.MjModel) -> Array:
