@@ -270,7 +270,8 @@ function drawSpace() {
   const tubes = trial.line ? STAGES.filter(shows).map((stage) => (
     { line: lineOf(trial, stage, row), radii: trial.line.radii, ink: inks[stage] })) : [];
   scene.tubes(tubes.filter(({ line }) => line));
-  if (shows("measured")) scene.line(now.measured.filter((_, k) => !trial.points[k].name.startsWith("marker_")), inks.measured, 2);
+  const along = now.measured.filter((_, k) => !trial.points[k].name.startsWith("marker_"));
+  if (shows("measured") && along.length > 2) scene.line(along, inks.measured, 1.5); // the measured shape
   for (const stage of STAGES.filter(shows)) {
     now[stage].forEach((at, k) => {
       if (at && shows("measured") && now.measured[k]) scene.line([now.measured[k], at], inks[stage], 2.5);
