@@ -84,6 +84,7 @@ def test_the_picture_turns_and_a_reset_brings_it_back(page: Any) -> None:
     with cs.view(SECTION, gravity_mps2=(0.0, 0.0, -9.81)) as robot:
         page.goto(robot.address)
         began(page)
+        assert page.evaluate("document.documentElement.scrollHeight") == 900  # all of it is seen at a desk
         canvas = page.locator("#view")
         before = canvas.screenshot()
         canvas.focus()
