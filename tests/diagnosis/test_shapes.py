@@ -24,6 +24,7 @@ from test_report_words import assert_plain, blocks_of
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import posture_columns, read_inputs
+from catheter_sim.diagnosis.conclude import uncorrected
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.pictures import figures
 from catheter_sim.diagnosis.problem import Problem, Term
@@ -37,6 +38,7 @@ from catheter_sim.diagnosis.shapes import (
     radii_mm,
 )
 from catheter_sim.diagnosis.trials import Trial
+from catheter_sim.diagnosis.verdict import trial_fits
 from catheter_sim.effects.apply import in_force
 from catheter_sim.simulation import moving_twin
 from catheter_sim.simulation.replay import simulate
@@ -203,6 +205,17 @@ def test_a_shape_changes_no_series() -> None:
     before, _, shapes = computed_along(problem, trial, NOTHING, NOTHING)
     assert shapes is not None
     np.testing.assert_allclose(before, predict([robot], trial.inputs)[0], rtol=1e-12, atol=1e-12)
+    (plain,) = trial_fits(problem, [trial], NOTHING, NOTHING, shapes=False)
+    assert plain.shapes is None
+    np.testing.assert_allclose(plain.after.columns["tip_x_mm"], before[:, 0], rtol=1e-12, atol=1e-12)
+
+
+def test_where_nothing_is_corrected_after_is_before() -> None:
+    """Series and shapes, without computing them again."""
+    for fit in uncorrected(moving_diagnosis().fits):
+        assert fit.after is fit.before
+        assert fit.shapes.after is fit.shapes.before
+    assert all(fit.shapes is None for fit in uncorrected(without_shapes().fits))
 
 
 def test_of_data_in_motion_the_shape_is_the_simulations() -> None:
