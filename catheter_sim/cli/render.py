@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> int:
     places = driven.recording.points_at(shown.time_s)
     measured = None if places is None else MeasuredPoints(driven.recording.point_names, places)
     with lines_named(driven.table):
-        render(
+        left_out = render(
             driven.robot,
             shown,
             tuple(driven.gravity_mps2),
@@ -121,6 +121,8 @@ def run(options: argparse.Namespace) -> int:
             curves=options.curves,
             measured=measured,
         )
+    if left_out:
+        print(f"no room beside the robot for: {', '.join(left_out)}; give a larger picture")
     if measured is not None:
         print(measured.words())
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")

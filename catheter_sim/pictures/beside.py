@@ -160,7 +160,7 @@ def paint_pulled(
 # Measured points beside the computed robot: balls, lines from where they are computed, a ghost through them.
 
 GHOST_POINTS = 3  # bodies and tip that must be measured to show a robot through them
-_GHOST = np.array([*MEASURED[:3], 0.3], np.float32)  # see-through
+_GHOST = np.array([*MEASURED[:3], 0.2], np.float32)  # see-through
 _PIECES = 8  # of the ghost from one measured point to the next
 _LINE = 0.3  # a line's radius over a ball's
 
@@ -269,7 +269,7 @@ def paint_line(
 # ----------------------------------------------------------------------------------------------------
 # The close-up of a joint: its profile as lines.
 
-_OUTLINE = 0.006  # radius of a profile's line over the height that the close-up shows
+_OUTLINE = 0.01  # radius of a profile's line over the height that the close-up shows
 
 
 def paint_close_up(scene: mujoco.MjvScene, shown: CloseUp) -> None:

@@ -660,8 +660,15 @@ def with_scale(image: Picture, view: View, place: Place) -> Picture:
 
 def legend_size(height: int) -> tuple[int, int]:
     """Return width and height that `with_tension_legend` takes in a picture so high [pixels]."""
-    letters = font_of(height).getbbox("tension 00.00 N")
-    return round(letters[2]) + 2 * gap_of(height), round((_BAR[1] + 0.05) * height) + 2 * gap_of(height)
+    letters, gap = font_of(height).getbbox("tension 00.00 N"), gap_of(height)
+    title, bar = _legend_heights(height)
+    return round(letters[2]) + 2 * gap, title + bar + round(0.5 * letters[3]) + 2 * gap
+
+
+def _legend_heights(height: int) -> tuple[int, int]:
+    """Return the heights of the legend's title and bar: three figures fit beside the bar [pixels]."""
+    letter = font_of(height).getbbox("0 N")[3]
+    return round(max(0.05 * height, 1.5 * letter)), round(max(_BAR[1] * height, 2.6 * letter))
 
 
 def with_tension_legend(image: Picture, full_N: float, place: Place) -> Picture:
@@ -670,8 +677,8 @@ def with_tension_legend(image: Picture, full_N: float, place: Place) -> Picture:
     canvas, draw, font, gap = _opened(image)
     left, top = place[0] + gap, place[1] + gap
     draw.text((left, top), "tension", fill=INK, font=font, anchor="lt")
-    top += round(0.05 * height)
-    bar_width, bar_height = (max(4, round(size * height)) for size in _BAR)
+    title, bar_height = _legend_heights(height)
+    top, bar_width = top + title, max(4, round(_BAR[0] * height))
     colours = np.round(255 * tension_colours(np.linspace(1.0, 0.0, bar_height))[:, :3]).astype(np.uint8)
     bar = np.repeat(colours[:, np.newaxis], bar_width, axis=1)
     canvas.paste(Image.fromarray(bar), (left, top))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import product
@@ -41,6 +41,7 @@ from catheter_sim.pictures.images import (
     Place,
     PulledTendons,
     caption_size,
+    gap_of,
     inset_size,
     legend_size,
     open_renderer,
@@ -155,8 +156,6 @@ def swept_points(model: mujoco.MjModel, states: Iterable[DrawnState]) -> Array:
         for side in product((-1.0, 1.0), repeat=3):
             corner = middle + half * side
             clouds.append(data.geom_xpos[shown] + (turned @ corner[:, :, np.newaxis])[:, :, 0])
-        if state.points is not None:
-            clouds.append(state.points[np.isfinite(state.points).all(axis=1)])
     return np.concatenate(clouds)
 
 
@@ -271,6 +270,7 @@ _TRIED_STATES = 16  # of a video, that must leave room for what stands beside th
 # How much more than the robot is seen to make room, and where the robot then stands across: -1 left.
 _MORE = ((1.0, (0,)), *((more, (0, -1, 1)) for more in (1.12, 1.25, 1.4, 1.6, 1.9)))
 INSET, CAPTION, LEGEND, SCALE = "close-up", "inputs", "tensions", "scale"
+OnLeftOut = Callable[[Sequence[str]], None]
 
 
 @dataclass(frozen=True)
@@ -283,6 +283,7 @@ class _Layout:
     full_N: float
     side: int
     places: Mapping[str, Place]
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -304,16 +305,37 @@ class _Scene:
         across, down = sizes.max(axis=0).tolist()
         items = []
         if close_up and self.look.inset:
-            items.append(Item(INSET, inset_size(self.side, self.height), (1, 1)))
+            (whole, high), words = inset_size(self.side, self.height), self.close_words()
+            wide = max(whole, caption_size(words, self.height)[0])
+            items.append(Item(INSET, (wide, high + self.words_height(words)), (1, 1)))
         items.append(Item(CAPTION, (across, down), (0, 0)))
         if full_N > 0.0:
             items.append(Item(LEGEND, legend_size(self.height), (0, 1)))
         return [*items, Item(SCALE, scale_size(self.height), (1, 0))]
 
+    def measured_corners(self) -> list[Array]:
+        """Return points around the measured ones, shapes (n, 3) [m]: as far as a robot there would reach."""
+        reach = max(segment.outer_radius_m for segment in self.robot.segments)
+        found = [state.points for state in self.states if state.points is not None]
+        finite = [points[np.isfinite(points).all(axis=1)] for points in found]
+        return [points + reach * way for points in finite for way in (*np.eye(3), *-np.eye(3))]
+
     @property
     def side(self) -> int:
         """Of the close-up [pixels]."""
         return max(SMALLEST_SIDE, round(_INSET * min(self.width, self.height)))
+
+    def close_words(self) -> tuple[str, ...]:
+        """Return what stands above the close-up, line by line."""
+        if (profile := kind_of(self.robot).profile) is None:
+            return ()
+        data = mujoco.MjData(self.model)
+        put(self.states[-1], self.model, data)
+        return profile.close_up(self.robot, self.model, data, data.qpos).words
+
+    def words_height(self, words: Sequence[str]) -> int:
+        """Return how much higher the close-up is with words above it [pixels]."""
+        return caption_size(words, self.height)[1] - gap_of(self.height) if words else 0
 
 
 def draw(
@@ -325,26 +347,29 @@ def draw(
     height: int,
     look: Look = Look(),
     close_up: bool = True,
+    on_left_out: OnLeftOut | None = None,
 ) -> Iterator[Picture]:
     """Yield one picture for each of `states`, all from one place that holds them all.
 
     The model is left in the last state. Tendons are painted where the states have tensions. `close_up` shows
-    one place closely, beside what `look` asks for.
+    one place closely, beside what `look` asks for. `on_left_out` is called with names of what has no room.
     """
     scene = _Scene(robot, model, states, width, height, look)
     data = mujoco.MjData(model)
     with ExitStack() as opened:
         large = opened.enter_context(open_renderer(model, width, height))
         layout = _layout(scene, large, captions, close_up)
+        if on_left_out is not None:
+            on_left_out(layout.left_out)
         small = None
         if INSET in layout.places:
             small = opened.enter_context(open_renderer(model, layout.side, layout.side))
         for state, lines in zip(states, captions, strict=True):
             put(state, model, data)
-            _set_scene(large, layout.view, scene, layout, state, data)
+            _set_whole_scene(large, scene, layout, state, data)
             image = large.render()
             if small is not None:
-                image = with_inset(image, _close_up(small, scene, layout, state, data), layout.places[INSET])
+                image = _with_close_up(image, small, scene, layout, state, data)
             finished = _finished(image, layout, lines)
             yield with_alpha(finished, image, large) if look.transparent else finished
 
@@ -358,6 +383,7 @@ def draw_together(
     width: int,
     height: int,
     look: Look = Look(),
+    on_left_out: OnLeftOut | None = None,
 ) -> Picture:
     """Return one picture of all `states`, the last in full colours, each with its label at its tip.
 
@@ -368,9 +394,11 @@ def draw_together(
     images, depths, tips = [], [], []
     with open_renderer(model, width, height) as renderer:
         layout = _layout(scene, renderer, [caption], False)
+        if on_left_out is not None:
+            on_left_out(layout.left_out)
         for state in states:
             put(state, model, data)
-            _set_scene(renderer, layout.view, scene, layout, state, data)
+            _set_whole_scene(renderer, scene, layout, state, data)
             images.append(renderer.render())
             depths.append(_depths(renderer))
             tips.append(data.site(TIP).xpos.copy())
@@ -387,7 +415,7 @@ def _layout(
     Where there is no room, more than the robot is seen, but in a view that is asked for.
     """
     look, size = scene.look, (scene.width, scene.height)
-    points = swept_points(scene.model, scene.states)
+    points = np.concatenate([swept_points(scene.model, scene.states), *scene.measured_corners()])
     own = next(item for item in views(scene.robot) if item.name == look.camera)
     plane = bending_azimuth(scene.model, scene.states) if look.camera == CAMERAS[0] else 0.0
     view = zoomed(fitted_view(looked_from(own, look, plane), points, *size), look)
@@ -403,8 +431,9 @@ def _layout(
             seen = replace(view, target=view.target - room * view.axes[0], height=more * view.height)
             tried = replace(best, view=seen)
             places = free_places(_taken(scene, tried, renderer), items)
-            if len(places) > len(best.places) or not items:
-                best = replace(tried, places=places)
+            if len(places) > len(best.places) or not best.left_out:
+                left_out = tuple(item.name for item in items if item.name not in places)
+                best = replace(tried, places=places, left_out=left_out)
             if len(places) == len(items):
                 return best
     return best
@@ -418,7 +447,7 @@ def _taken(scene: _Scene, layout: _Layout, renderer: mujoco.Renderer) -> NDArray
     taken = np.zeros((scene.height, scene.width), dtype=bool)
     for row in rows:
         put(scene.states[row], scene.model, data)
-        _set_scene(renderer, layout.view, scene, layout, scene.states[row], data)
+        _set_whole_scene(renderer, scene, layout, scene.states[row], data)
         taken |= _robot_pixels(renderer)
     return taken
 
@@ -433,21 +462,27 @@ def _finished(image: Picture, layout: _Layout, caption: Sequence[str]) -> Pictur
     return with_caption(image, caption, places[CAPTION]) if CAPTION in places else image
 
 
-def _close_up(
-    renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
+def _with_close_up(
+    image: Picture,
+    renderer: mujoco.Renderer,
+    scene: _Scene,
+    layout: _Layout,
+    state: DrawnState,
+    data: mujoco.MjData,
 ) -> Picture:
-    """Return a close-up: of what the kind wants to be seen closely, else of the base."""
-    profile = kind_of(scene.robot).profile
+    """Return `image` with a close-up: of what the kind wants to be seen closely, else of the base."""
+    profile, (left, top) = kind_of(scene.robot).profile, layout.places[INSET]
     if profile is None:
         detail = next(view for view in views(scene.robot) if view.name == "detail")
         _set_scene(renderer, detail, scene, layout, state, data)
-        return np.asarray(renderer.render())
+        return with_inset(image, renderer.render(), (left, top))
     shown = profile.close_up(scene.robot, scene.model, data, scene.states[-1].qpos)
     facing = 1.0 if shown.across @ layout.view.backward >= 0.0 else -1.0
     view = View("close-up", shown.middle, facing * shown.across, shown.height_m)
     _set_scene(renderer, view, scene, layout, state, data)
     paint_close_up(renderer.scene, shown)
-    return with_caption(renderer.render(), shown.words, (0, 0))
+    image = with_inset(image, renderer.render(), (left, top + scene.words_height(shown.words)))
+    return with_caption(image, shown.words, (left, top))
 
 
 def _depths(renderer: mujoco.Renderer) -> NDArray[np.float32]:
@@ -495,9 +530,16 @@ def _set_scene(
         layout.full_N,
         TendonLook(view.backward, least),
     )
+
+
+def _set_whole_scene(
+    renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
+) -> None:
+    """Let `renderer` show the whole robot, with what was measured of it."""
+    _set_scene(renderer, layout.view, scene, layout, state, data)
     if state.points is not None:
         computed = computed_points(scene.model, data, state.point_names)
-        size_m = _POINT * view.height
+        size_m = _POINT * layout.view.height
         paint_measured(renderer.scene, scene.robot, state.point_names, state.points, computed, size_m)
 
 
@@ -530,6 +572,7 @@ class _Drawing:
     progress: bool
     states: Sequence[DrawnState]
     measured: MeasuredPoints | None
+    left_out: list[str]
 
     def beside(self, states: Sequence[DrawnState], places: Array) -> list[DrawnState]:
         """Return `states` with what was measured at each: `places`, shape (n, k, 3) [m]."""
@@ -552,7 +595,7 @@ def render(
     curves: bool = False,
     states: Sequence[DrawnState] = (),
     measured: MeasuredPoints | None = None,
-) -> None:
+) -> tuple[str, ...]:
     """Write a picture (.png) or a video (.mp4, .gif), as the file's name says.
 
     A picture shows the robot at the last row of `inputs`, after all rows before it, or at several rows.
@@ -575,6 +618,9 @@ def render(
         states: of a simulation, one a row of `inputs`, where that was made already; none: it is made.
         measured: points that were measured at the rows of `inputs`.
 
+    Returns:
+        What is left out as there is no room for it beside the robot: "close-up", "inputs", "tensions", "scale".
+
     Raises:
         InputError: bad path, size, camera or row, `rows` or `curves` for a file that has no use for it,
             nothing to draw with, or the simulation diverged.
@@ -590,11 +636,12 @@ def render(
         raise InputError(f"{os.fspath(path)}: transparent is one row's picture; choices: {PICTURE}")
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     open_renderer(empty, width, height).close()  # what it raises is not to come after the simulation
-    drawing = _Drawing(robot, inputs, gravity_mps2, path, width, height, look, progress, states, measured)
+    drawing = _Drawing(robot, inputs, gravity_mps2, path, width, height, look, progress, states, measured, [])
     if kind == PICTURE:
         _render_picture(drawing, rows)
     else:
         _render_video(drawing, curves)
+    return tuple(drawing.left_out)
 
 
 def _render_picture(drawing: _Drawing, rows: Sequence[int]) -> None:
@@ -612,12 +659,22 @@ def _render_picture(drawing: _Drawing, rows: Sequence[int]) -> None:
     if len(shown) > 1:
         labels = [f"{row + 1}" for row in shown]
         lines = [row_words(robot, inputs, row) for row in shown][:_CAPTION_LINES]
+        size = drawing.width, drawing.height
         image = draw_together(
-            robot, model, states, labels, lines, drawing.width, drawing.height, drawing.look
+            robot, model, states, labels, lines, *size, drawing.look, drawing.left_out.extend
         )
     else:
         captions = [caption(robot, inputs, shown[0])]
-        (image,) = draw(robot, model, states, captions, drawing.width, drawing.height, drawing.look)
+        (image,) = draw(
+            robot,
+            model,
+            states,
+            captions,
+            drawing.width,
+            drawing.height,
+            drawing.look,
+            on_left_out=drawing.left_out.extend,
+        )
     write_picture(drawing.path, image)
 
 
@@ -640,7 +697,16 @@ def _render_video(drawing: _Drawing, curves: bool) -> None:
         states = drawing.beside(states, seen.reshape(len(times), -1, 3))
     captions = [caption(robot, every, row) for row in rows]
     strip = strip_width(drawing.width) if curves else 0
-    frames = draw(robot, model, states, captions, drawing.width - strip, drawing.height, drawing.look)
+    frames = draw(
+        robot,
+        model,
+        states,
+        captions,
+        drawing.width - strip,
+        drawing.height,
+        drawing.look,
+        on_left_out=drawing.left_out.extend,
+    )
     if curves:
         frames = _beside(
             frames, Curves(robot, inputs, strip, drawing.height), [float(time) for time in times]
