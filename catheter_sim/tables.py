@@ -287,7 +287,7 @@ class TableComparison:
         return np.asarray(np.sqrt(sum(item**2 for item in apart)))
 
     def figure(self) -> Figure:
-        """Three panels for each of at most 12 columns over time: the first, the second over it, their difference.
+        """Three panels over time for each of 12 columns at most: first, second over it, their difference.
 
         The first two have one scale.
         """

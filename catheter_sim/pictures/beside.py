@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.kind import CloseUp
-from catheter_sim.core.robot import RobotSpec
 from catheter_sim.mjcf.names import TIP, face
 from catheter_sim.pictures.images import (
     MEASURED,
@@ -160,7 +159,7 @@ def paint_pulled(
 # Measured points beside the computed robot: balls, lines from where they are computed, a ghost through them.
 
 GHOST_POINTS = 3  # bodies and tip that must be measured to show a robot through them
-_GHOST = np.array([*MEASURED[:3], 0.2], np.float32)  # see-through
+GHOST_SHARE = 0.35  # of a picture's colours, where the ghost is
 _PIECES = 8  # of the ghost from one measured point to the next
 _LINE = 0.3  # a line's radius over a ball's
 
@@ -228,15 +227,8 @@ def ghost_line(names: Sequence[str], points: Array) -> Array:
     return np.asarray(curve(fine))
 
 
-def paint_measured(
-    scene: mujoco.MjvScene,
-    robot: RobotSpec,
-    names: Sequence[str],
-    points: Array,
-    computed: Array,
-    size_m: float,
-) -> None:
-    """Add measured points, shape (k, 3) [m], to `scene`: balls of radius `size_m`, lines, the ghost.
+def paint_measured(scene: mujoco.MjvScene, points: Array, computed: Array, size_m: float) -> None:
+    """Add measured points, shape (k, 3) [m], to `scene`: balls of radius `size_m`, and lines.
 
     `computed`: where the model has them; NaN: no line is drawn.
     """
@@ -244,8 +236,6 @@ def paint_measured(
     for start, end in zip(computed, points, strict=True):
         if np.isfinite([start, end]).all():
             paint_line(scene, np.stack([start, end]), _LINE * size_m, MEASURED)
-    radius = min(segment.outer_radius_m for segment in robot.segments)
-    paint_line(scene, ghost_line(names, points), radius, _GHOST, mujoco.mjtGeom.mjGEOM_CYLINDER)
 
 
 def paint_line(

@@ -21,18 +21,22 @@ from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.names import TIP
 from catheter_sim.modelling.build import FOVY_DEG, View, remembered_mjcf, views
 from catheter_sim.pictures.beside import (
+    GHOST_SHARE,
     Item,
     MeasuredPoints,
     TendonLook,
     computed_points,
     free_places,
+    ghost_line,
     paint_close_up,
+    paint_line,
     paint_measured,
     paint_pulled,
 )
 from catheter_sim.pictures.curves import Curves, overlaid, strip_width
 from catheter_sim.pictures.images import (
     ANIMATION,
+    MEASURED,
     PICTURE,
     SMALLEST_SIDE,
     VIDEO,
@@ -366,8 +370,7 @@ def draw(
             small = opened.enter_context(open_renderer(model, layout.side, layout.side))
         for state, lines in zip(states, captions, strict=True):
             put(state, model, data)
-            _set_whole_scene(large, scene, layout, state, data)
-            image = large.render()
+            image = _image(large, scene, layout, state, data)
             if small is not None:
                 image = _with_close_up(image, small, scene, layout, state, data)
             finished = _finished(image, layout, lines)
@@ -398,8 +401,7 @@ def draw_together(
             on_left_out(layout.left_out)
         for state in states:
             put(state, model, data)
-            _set_whole_scene(renderer, scene, layout, state, data)
-            images.append(renderer.render())
+            images.append(_image(renderer, scene, layout, state, data))
             depths.append(_depths(renderer))
             tips.append(data.site(TIP).xpos.copy())
     image = _finished(overlaid(images, depths), layout, caption)
@@ -448,6 +450,7 @@ def _taken(scene: _Scene, layout: _Layout, renderer: mujoco.Renderer) -> NDArray
     for row in rows:
         put(scene.states[row], scene.model, data)
         _set_whole_scene(renderer, scene, layout, scene.states[row], data)
+        _add_ghost(renderer, scene, scene.states[row])
         taken |= _robot_pixels(renderer)
     return taken
 
@@ -535,12 +538,32 @@ def _set_scene(
 def _set_whole_scene(
     renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
 ) -> None:
-    """Let `renderer` show the whole robot, with what was measured of it."""
+    """Let `renderer` show the whole robot, with the points that were measured of it."""
     _set_scene(renderer, layout.view, scene, layout, state, data)
     if state.points is not None:
         computed = computed_points(scene.model, data, state.point_names)
-        size_m = _POINT * layout.view.height
-        paint_measured(renderer.scene, scene.robot, state.point_names, state.points, computed, size_m)
+        paint_measured(renderer.scene, state.points, computed, _POINT * layout.view.height)
+
+
+def _add_ghost(renderer: mujoco.Renderer, scene: _Scene, state: DrawnState) -> bool:
+    """Add to the scene what was measured as a robot of its own; return whether enough was."""
+    if state.points is None or len(line := ghost_line(state.point_names, state.points)) == 0:
+        return False
+    radius_m = min(segment.outer_radius_m for segment in scene.robot.segments)
+    paint_line(renderer.scene, line, radius_m, MEASURED, mujoco.mjtGeom.mjGEOM_CYLINDER)  # with flat ends
+    return True
+
+
+def _image(
+    renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
+) -> Picture:
+    """Return the whole robot, and a measured one that is seen through."""
+    _set_whole_scene(renderer, scene, layout, state, data)
+    image = np.asarray(renderer.render())
+    if not _add_ghost(renderer, scene, state):
+        return image
+    both = (1.0 - GHOST_SHARE) * image + GHOST_SHARE * renderer.render()
+    return np.asarray(np.rint(both), dtype=np.uint8)
 
 
 def _pinhole(view: View, width: int, height: int) -> PinholeCamera:
@@ -619,7 +642,7 @@ def render(
         measured: points that were measured at the rows of `inputs`.
 
     Returns:
-        What is left out as there is no room for it beside the robot: "close-up", "inputs", "tensions", "scale".
+        What has no room beside the robot and is left out: "close-up", "inputs", "tensions", "scale".
 
     Raises:
         InputError: bad path, size, camera or row, `rows` or `curves` for a file that has no use for it,
