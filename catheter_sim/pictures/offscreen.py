@@ -279,15 +279,25 @@ OnLeftOut = Callable[[Sequence[str]], None]
 
 @dataclass(frozen=True)
 class _Layout:
-    """From where a robot is seen, and what stands where beside it, by name; missing: nothing."""
+    """From where a robot is seen, and what stands where beside it, by name; missing: nothing.
+
+    `words` stand above the close-up.
+    """
 
     view: View
     height: int
     pulled: PulledTendons
     full_N: float
     side: int
+    words: tuple[str, ...]
     places: Mapping[str, Place]
     left_out: tuple[str, ...] = ()
+
+    @property
+    def frame(self) -> Place:
+        """Of the close-up, below its words."""
+        left, top = self.places[INSET]
+        return left, top + _words_height(self.words, self.height)
 
 
 @dataclass(frozen=True)
@@ -311,7 +321,7 @@ class _Scene:
         if close_up and self.look.inset:
             (whole, high), words = inset_size(self.side, self.height), self.close_words()
             wide = max(whole, caption_size(words, self.height)[0])
-            items.append(Item(INSET, (wide, high + self.words_height(words)), (1, 1)))
+            items.append(Item(INSET, (wide, high + _words_height(words, self.height)), (1, 1)))
         items.append(Item(CAPTION, (across, down), (0, 0)))
         if full_N > 0.0:
             items.append(Item(LEGEND, legend_size(self.height), (0, 1)))
@@ -337,9 +347,10 @@ class _Scene:
         put(self.states[-1], self.model, data)
         return profile.close_up(self.robot, self.model, data, data.qpos).words
 
-    def words_height(self, words: Sequence[str]) -> int:
-        """Return how much higher the close-up is with words above it [pixels]."""
-        return caption_size(words, self.height)[1] - gap_of(self.height) if words else 0
+
+def _words_height(words: Sequence[str], height: int) -> int:
+    """Return how much higher a close-up is with words above it, in a picture so high [pixels]."""
+    return caption_size(words, height)[1] - gap_of(height) if words else 0
 
 
 def draw(
@@ -371,10 +382,14 @@ def draw(
         for state, lines in zip(states, captions, strict=True):
             put(state, model, data)
             image = _image(large, scene, layout, state, data)
+            written = np.zeros(image.shape[:2], dtype=bool)
             if small is not None:
-                image = _with_close_up(image, small, scene, layout, state, data)
+                close = _close_up(small, scene, layout, state, data)
+                image = with_inset(image, close, layout.frame)
+                written = with_inset(np.zeros_like(image), np.ones_like(close), layout.frame).any(axis=-1)
             finished = _finished(image, layout, lines)
-            yield with_alpha(finished, image, large) if look.transparent else finished
+            written |= (finished != image).any(axis=-1)
+            yield with_alpha(finished, written, large) if look.transparent else finished
 
 
 def draw_together(
@@ -425,7 +440,7 @@ def _layout(
     full_N = round_end(largest) if largest > _LEAST_TENSION_N else 0.0
     items = scene.beside(captions, full_N, close_up)
     pulled = pulled_tendons(scene.model, scene.robot)
-    best = _Layout(view, scene.height, pulled, full_N, scene.side, {})
+    best = _Layout(view, scene.height, pulled, full_N, scene.side, scene.close_words(), {})
     asked = look.zoom != 1.0 or look.look_at_mm is not None
     for more, sides in _MORE[:1] if asked else _MORE:
         for side in sides:
@@ -462,30 +477,26 @@ def _finished(image: Picture, layout: _Layout, caption: Sequence[str]) -> Pictur
         image = with_scale(image, layout.view, places[SCALE])
     if LEGEND in places:
         image = with_tension_legend(image, layout.full_N, places[LEGEND])
+    if INSET in places and layout.words:
+        image = with_caption(image, layout.words, places[INSET])
     return with_caption(image, caption, places[CAPTION]) if CAPTION in places else image
 
 
-def _with_close_up(
-    image: Picture,
-    renderer: mujoco.Renderer,
-    scene: _Scene,
-    layout: _Layout,
-    state: DrawnState,
-    data: mujoco.MjData,
+def _close_up(
+    renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
 ) -> Picture:
-    """Return `image` with a close-up: of what the kind wants to be seen closely, else of the base."""
-    profile, (left, top) = kind_of(scene.robot).profile, layout.places[INSET]
+    """Return a close-up: of what the kind wants to be seen closely, else of the base."""
+    profile = kind_of(scene.robot).profile
     if profile is None:
         detail = next(view for view in views(scene.robot) if view.name == "detail")
         _set_scene(renderer, detail, scene, layout, state, data)
-        return with_inset(image, renderer.render(), (left, top))
+        return np.asarray(renderer.render())
     shown = profile.close_up(scene.robot, scene.model, data, scene.states[-1].qpos)
     facing = 1.0 if shown.across @ layout.view.backward >= 0.0 else -1.0
     view = View("close-up", shown.middle, facing * shown.across, shown.height_m)
     _set_scene(renderer, view, scene, layout, state, data)
     paint_close_up(renderer.scene, shown)
-    image = with_inset(image, renderer.render(), (left, top + scene.words_height(shown.words)))
-    return with_caption(image, shown.words, (left, top))
+    return np.asarray(renderer.render())
 
 
 def _depths(renderer: mujoco.Renderer) -> NDArray[np.float32]:
@@ -503,12 +514,12 @@ def _robot_pixels(renderer: mujoco.Renderer) -> NDArray[np.bool_]:
     return _depths(renderer) < _NOTHING * float(model.vis.map.zfar * model.stat.extent)
 
 
-def with_alpha(finished: Picture, drawn: Picture, renderer: mujoco.Renderer) -> Picture:
+def with_alpha(finished: Picture, written: NDArray[np.bool_], renderer: mujoco.Renderer) -> Picture:
     """Return a picture, shape (height, width, 4), that is clear where neither the robot nor a word is.
 
-    `drawn`: as it was before anything was written on it; `renderer`: holds its scene.
+    `written`: which pixels are words, and what else is not the robot; `renderer`: holds its scene.
     """
-    opaque = _robot_pixels(renderer) | (finished != drawn).any(axis=-1)
+    opaque = _robot_pixels(renderer) | written
     return np.concatenate([finished, np.where(opaque, 255, 0)[..., np.newaxis].astype(np.uint8)], axis=-1)
 
 

@@ -93,7 +93,7 @@ def test_caption_states_time_and_inputs() -> None:
     lines = offscreen.caption(robot, row, 1)
     assert lines[0] == "t = 2.50 s"
     assert "tension proximal right 0.80 N" in lines
-    assert "tension distal left 0.00 N" in lines
+    assert not any("left" in line for line in lines)  # channels that stay 0 have no line
 
 
 @pytest.mark.parametrize(
