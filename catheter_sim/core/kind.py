@@ -134,7 +134,7 @@ class Picture(Protocol[R_in]):
         """Return where the model's geoms stand in their bodies, as simulated, shape (ngeom, 3) [m]."""
 
 
-class Profile(Protocol[R_in]):
+class JointProfile(Protocol[R_in]):
     """`profile.py`, which may be missing: where do I hide what a picture's close-up must show?"""
 
     def close_up(self, robot: R_in, model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> CloseUp:
@@ -231,7 +231,7 @@ class Kind(Generic[S]):
         return importlib.import_module(f"{self.package}.picture")
 
     @cached_property
-    def profile(self) -> Profile[S] | None:
+    def profile(self) -> JointProfile[S] | None:
         """Where must a picture look closely? None: at the base."""
         return self.face("profile", "close-up") if self.has("profile") else None
 
