@@ -275,8 +275,8 @@ def test_a_file_of_one_endless_word_gets_a_short_answer(tmp_path: Path, content:
 def test_a_comparisons_picture_has_a_third_panel_with_the_difference() -> None:
     """First, second over first on one scale, second minus first: a row of panels for each column."""
     time_s = np.array([0.0, 1.0, 2.0])
-    first = Table(time_s, {"tip_x_mm": np.array([0.0, 1.0, 4.0]), "tip_z_mm": np.array([9.0, 9.0, 8.0])}, "a")
-    second = Table(time_s, {"tip_x_mm": np.array([0.5, 2.0, 7.0]), "tip_z_mm": np.array([9.0, 9.0, 9.0])}, "b")
+    first = Table(time_s, {"tip_x_mm": np.array([0.0, 1.0, 4.0]), "tip_z_mm": np.array([9.0, 9, 8])}, "a")
+    second = Table(time_s, {"tip_x_mm": np.array([0.5, 2.0, 7.0]), "tip_z_mm": np.array([9.0, 9, 9])}, "b")
     panels = compare_tables(first, second).figure().axes
     assert len(panels) == 6
     for row, name in enumerate(("tip_x_mm", "tip_z_mm")):

@@ -382,13 +382,13 @@ def draw(
         for state, lines in zip(states, captions, strict=True):
             put(state, model, data)
             image = _image(large, scene, layout, state, data)
-            written = np.zeros(image.shape[:2], dtype=bool)
+            written: NDArray[np.bool_] = np.zeros(image.shape[:2], dtype=bool)
             if small is not None:
                 close = _close_up(small, scene, layout, state, data)
                 image = with_inset(image, close, layout.frame)
                 written = with_inset(np.zeros_like(image), np.ones_like(close), layout.frame).any(axis=-1)
             finished = _finished(image, layout, lines)
-            written |= (finished != image).any(axis=-1)
+            written |= np.asarray(np.any(finished != image, axis=-1))
             yield with_alpha(finished, written, large) if look.transparent else finished
 
 
