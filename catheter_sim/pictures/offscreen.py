@@ -386,9 +386,10 @@ def draw(
             if small is not None:
                 close = _close_up(small, scene, layout, state, data)
                 image = with_inset(image, close, layout.frame)
-                written = with_inset(np.zeros_like(image), np.ones_like(close), layout.frame).any(axis=-1)
+                frame = with_inset(np.zeros_like(image), np.ones_like(close), layout.frame)
+                written |= np.asarray(frame.any(axis=-1))
             finished = _finished(image, layout, lines)
-            written |= np.asarray(np.any(finished != image, axis=-1))
+            written |= np.asarray((finished != image).any(axis=-1))
             yield with_alpha(finished, written, large) if look.transparent else finished
 
 
