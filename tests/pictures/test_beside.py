@@ -198,7 +198,7 @@ def test_tendons_without_tension_have_no_colour() -> None:
     rest = replace(states[0], tension=tuple(0.0 * row for row in states[0].tension))
     for state in (rest, replace(rest, tension=())):
         (image,) = offscreen.draw(
-            robot, model_of(robot), [state], [()], 400, 300, Look("side", legend=False), close_up=False
+            robot, model_of(robot), [state], [()], 600, 450, Look(legend=False), close_up=False
         )
         assert int((image[..., 0].astype(int) - image[..., 2]).max()) < 10
 
