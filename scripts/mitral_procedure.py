@@ -31,7 +31,15 @@ from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import View
-from catheter_sim.pictures.images import Picture, open_renderer, with_caption, with_inset, write_video
+from catheter_sim.pictures.images import (
+    Picture,
+    in_corner,
+    inset_size,
+    open_renderer,
+    with_caption,
+    with_inset,
+    write_video,
+)
 from catheter_sim.pictures.offscreen import free_camera
 from catheter_sim.procedure.heart import coaptation_axes, free_edge_z_m, random_anatomy
 from catheter_sim.procedure.operate import (
@@ -250,7 +258,9 @@ def _pictures(taken: _Film, plan: Plan) -> Iterator[Picture]:
             mujoco.mj_fwdPosition(model, data)
             large.update_scene(data, free_camera(_view(plan)), options)
             small.update_scene(data, free_camera(_close_up(plan)), options)
-            image = with_inset(large.render(), small.render(), (1, 1))
+            image, close = large.render(), small.render()
+            whole = inset_size(close.shape[0], image.shape[0])
+            image = with_inset(image, close, in_corner(image, whole, (1, 1)))
             yield with_caption(image, _caption(place, wall_N), (0, 0))
 
 

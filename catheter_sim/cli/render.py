@@ -10,8 +10,9 @@ example:
 The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves; the
 picture shows its last row, or the robot at --row or --time, after all rows before it, or several
 --rows in one. Between two rows the inputs lie on the line from one to the other. Tendons are
-coloured by their tension along their length. Measured points in the file of inputs are shown as
-blue balls.
+coloured by their tension along their length; one without tension is grey. Measured points in the file
+of inputs are blue balls, with a line from each computed point; three or more bodies (with the tip)
+make a see-through robot.
 Inputs, units and settings are those of `catheter-sim simulate`. Width and height are in pixels.
 cameras: overview (default: from above, onto the plane in which the robot bends most), side (along +y). Or
 give the looking direction by --azimuth and --elevation.
@@ -60,6 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--look-at", metavar="X,Y,Z", help="point in the picture's middle [mm]")
     parser.add_argument("--transparent", action="store_true", help="nothing behind the robot, in a picture")
     parser.add_argument("--no-legend", action="store_true", help="the robot alone: no scale, colours, inputs")
+    parser.add_argument("--no-inset", action="store_true", help="no close-up of a joint, or of the base")
 
 
 def _row_numbers(text: str) -> tuple[int, ...]:
@@ -80,6 +82,7 @@ def run(options: argparse.Namespace) -> int:
     check_output_file(options.output)
     from catheter_sim.cli.driven import drive, inputs_until, lines_named
     from catheter_sim.errors import InputError
+    from catheter_sim.pictures.beside import MeasuredPoints
     from catheter_sim.pictures.images import PICTURE, suffix_of
     from catheter_sim.pictures.offscreen import Look, render
 
@@ -93,8 +96,10 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"{options.output}: --curves stand beside a video; choices: .mp4, .gif")
     driven = drive(options)
     shown = inputs_until(driven, max(several, default=options.row), options.time)
+    places = driven.recording.points_at(shown.time_s)
+    measured = None if places is None else MeasuredPoints(driven.recording.point_names, places)
     with lines_named(driven.table):
-        render(
+        left_out = render(
             driven.robot,
             shown,
             tuple(driven.gravity_mps2),
@@ -109,11 +114,16 @@ def run(options: argparse.Namespace) -> int:
                 None if options.look_at is None else arguments.vector(options.look_at, "--look-at", "mm"),
                 options.transparent,
                 not options.no_legend,
+                not options.no_inset,
             ),
             progress=True,
             rows=[row - 1 for row in several],
             curves=options.curves,
-            points=driven.recording.points_at(shown.time_s),
+            measured=measured,
         )
+    if left_out:
+        print(f"no room beside the robot for: {', '.join(left_out)}; give a larger picture")
+    if measured is not None:
+        print(measured.words())
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")
     return 0

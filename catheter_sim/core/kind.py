@@ -36,6 +36,25 @@ S = TypeVar("S", bound=RobotSpec)
 R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)
 
 
+@dataclass(frozen=True)
+class CloseUp:
+    """Where a picture looks closely at a robot as it stands, and what it draws there.
+
+    Attributes:
+        middle: what is in the middle, base frame, shape (3,) [m].
+        across: the direction to look along, one way or the other, shape (3,), of length 1.
+        height_m: what is seen from top to bottom.
+        lines: points of each, base frame, shape (n, 3) [m], and its colour, red, green, blue, opacity.
+        words: what is shown, in a few words for each line of text.
+    """
+
+    middle: Array
+    across: Array
+    height_m: float
+    lines: tuple[tuple[Array, tuple[float, float, float, float]], ...]
+    words: tuple[str, ...]
+
+
 class Checks(Protocol[R_in]):
     """`checks.py`: is this robot possible?"""
 
@@ -109,6 +128,16 @@ class Picture(Protocol[R_in]):
 
     def geom_places(self, robot: R_in, model: mujoco.MjModel) -> Array:
         """Return where the model's geoms stand in their bodies, as simulated, shape (ngeom, 3) [m]."""
+
+
+class JointProfile(Protocol[R_in]):
+    """`profile.py`, which may be missing: where do I hide what a picture's close-up must show?"""
+
+    def close_up(self, robot: R_in, model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> CloseUp:
+        """Return where to look closely as `data` stands.
+
+        `qpos`, shape (nq,): the joint positions by which one place is chosen for a whole video.
+        """
 
 
 class Steering(Protocol[R_in]):
@@ -196,6 +225,11 @@ class Kind(Generic[S]):
     def picture(self) -> Picture[S]:
         """What is drawn of me, and which of it lies about my axis?"""
         return importlib.import_module(f"{self.package}.picture")
+
+    @cached_property
+    def profile(self) -> JointProfile[S] | None:
+        """Where must a picture look closely? None: at the base."""
+        return self.face("profile", "close-up") if self.has("profile") else None
 
     @cached_property
     def steering(self) -> Steering[S]:

@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -181,7 +182,8 @@ def project(matrix: Array, points: Array) -> Array:
 
 TENSION_COLOURS = ((0.45, 0.50, 0.58), (0.98, 0.78, 0.10), (0.82, 0.05, 0.08))  # slack, half, full
 MEASURED = np.array([0.0, 0.45, 0.70, 1.0], np.float32)  # blue: no tension has it
-_WIDER = 1.6  # what is drawn over a tendon's own drawing
+WIDER = 1.6  # what is drawn over a tendon's own drawing
+NO_TENSION = 4e-3  # of what is drawn in the last colour: less is one of its 256 steps, and none
 
 
 def tension_colours(share: ArrayLike) -> NDArray[np.float32]:
@@ -205,10 +207,12 @@ class PulledTendons:
     Attributes:
         pulls: actuator and tendon of each.
         rows: each one's place among the robot's tendons; -1: none of them (a pair's antagonist).
+        groups: the tendons of each group that share holes, as places in `pulls`; a tendon alone has none.
     """
 
     pulls: tuple[tuple[int, int], ...]
     rows: tuple[int, ...]
+    groups: tuple[tuple[int, ...], ...] = ()
 
 
 def pulled_tendons(model: mujoco.MjModel, robot: RobotSpec) -> PulledTendons:
@@ -225,7 +229,25 @@ def pulled_tendons(model: mujoco.MjModel, robot: RobotSpec) -> PulledTendons:
         names.index(name) if name in names else -1
         for name in (model.tendon(tendon).name for _, tendon in pulls)
     )
-    return PulledTendons(pulls, rows)
+    return PulledTendons(pulls, rows, _sharing(model, [tendon for _, tendon in pulls]))
+
+
+def _sharing(model: mujoco.MjModel, tendons: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+    """Return groups of `tendons` that overlap in a hole by more than a tendon's radius, as places in it."""
+    holes = []
+    for tendon in tendons:
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        sites = model.wrap_objid[first : first + count]
+        holes.append((model.site_bodyid[sites], model.site_pos[sites]))
+    group = list(range(len(tendons)))
+    for one, two in combinations(range(len(tendons)), 2):
+        (bodies, places), (others, there) = holes[one], holes[two]
+        apart = np.linalg.norm(places[:, np.newaxis] - there, axis=2)
+        near = apart < min(model.tendon_width[tendons[one]], model.tendon_width[tendons[two]])
+        if (near & (bodies[:, np.newaxis] == others)).any():
+            group = [group[one] if item == group[two] else item for item in group]
+    shared = {number: tuple(np.flatnonzero(np.equal(group, number)).tolist()) for number in group}
+    return tuple(members for members in shared.values() if len(members) > 1)
 
 
 def stretch_tensions(simulator: Simulator, pulled: PulledTendons) -> tuple[Array, ...]:
@@ -257,17 +279,30 @@ def paint_tendons(
     `full_N` is what is drawn in the last colour, of each tendon [N].
     """
     for (_, tendon), full, tension in zip(pulled.pulls, full_N, tensions, strict=True):
-        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
-        path = data.site_xpos[model.wrap_objid[first : first + count]]
-        width = _WIDER * float(model.tendon_width[tendon])
-        for k, colour in enumerate(tension_colours(tension / full)):
-            if scene.ngeom >= scene.maxgeom:
-                return
-            geom = scene.geoms[scene.ngeom]
-            capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
-            mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
-            mujoco.mjv_connector(geom, capsule, width, path[k], path[k + 1])
-            scene.ngeom += 1
+        paint_tendon(
+            scene, tendon_path(model, data, tendon), tension / full, WIDER * model.tendon_width[tendon]
+        )
+
+
+def tendon_path(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Array:
+    """Return the sites along a tendon as `data` stands, shape (n, 3) [m]."""
+    first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+    return np.asarray(data.site_xpos[model.wrap_objid[first : first + count]])
+
+
+def paint_tendon(
+    scene: mujoco.MjvScene, path: Array, share: Array, radius_m: float, moves: Sequence[Array] = ()
+) -> None:
+    """Add a tendon's stretches to `scene` in the colours of their tensions, each moved by one of `moves`."""
+    for k, colour in enumerate(tension_colours(share)):
+        if scene.ngeom >= scene.maxgeom:
+            return
+        move = moves[k] if moves else 0.0
+        geom = scene.geoms[scene.ngeom]
+        capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
+        mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
+        mujoco.mjv_connector(geom, capsule, radius_m, path[k] + move, path[k + 1] + move)
+        scene.ngeom += 1
 
 
 def paint_points(scene: mujoco.MjvScene, points: Array, radius_m: float) -> None:
@@ -285,6 +320,7 @@ def paint_points(scene: mujoco.MjvScene, points: Array, radius_m: float) -> None
 # Pictures and videos as files, written whole or not at all.
 
 Picture = NDArray[np.uint8]  # shape (height, width, 3)
+Place = tuple[int, int]  # left and top edge of what stands in a picture, its margins included [pixels]
 
 PICTURE, VIDEO, ANIMATION = ".png", ".mp4", ".gif"
 _LOSS = 10  # of the encoder, 0 (none) to 51
@@ -292,6 +328,7 @@ _LOSS = 10  # of the encoder, 0 (none) to 51
 # curve as videos name it; luma from 16 to 235.
 _COLOURS = {"colorspace": 6, "color_primaries": 1, "color_trc": 1, "color_range": 1}
 INK = (40, 48, 60)
+_FRAME = 2  # around a smaller picture [pixels]
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
@@ -461,14 +498,24 @@ def _frames_in(video: Path) -> int:
         return 0
 
 
-def with_inset(image: Picture, inset: Picture, corner: tuple[int, int]) -> Picture:
-    """Return `image` with a framed smaller picture in a corner (row, column: 0 first, 1 last)."""
-    result = image.copy()
-    framed = np.pad(inset, ((2, 2), (2, 2), (0, 0)), constant_values=150)
-    rows, columns, gap = framed.shape[0], framed.shape[1], image.shape[0] // 40
-    top = image.shape[0] - rows - gap if corner[0] else gap
-    left = image.shape[1] - columns - gap if corner[1] else gap
-    result[top : top + rows, left : left + columns] = framed
+def in_corner(image: Picture, size: tuple[int, int], corner: tuple[int, int]) -> Place:
+    """Return the place of something of a width and height in a corner (row, column: 0 first, 1 last)."""
+    height, width = image.shape[:2]
+    return (width - size[0] if corner[1] else 0), (height - size[1] if corner[0] else 0)
+
+
+def inset_size(side: int, height: int) -> tuple[int, int]:
+    """Return width and height that `with_inset` takes, margins included, in a picture so high [pixels]."""
+    whole = side + 2 * _FRAME + 2 * gap_of(height)
+    return whole, whole
+
+
+def with_inset(image: Picture, inset: Picture, place: Place) -> Picture:
+    """Return `image` with a framed smaller picture."""
+    result, gap = image.copy(), gap_of(image.shape[0])
+    framed = np.pad(inset, ((_FRAME, _FRAME), (_FRAME, _FRAME), (0, 0)), constant_values=150)
+    left, top = place[0] + gap, place[1] + gap
+    result[top : top + framed.shape[0], left : left + framed.shape[1]] = framed
     return result
 
 
@@ -498,14 +545,12 @@ def gap_of(height: int) -> int:
     return height // 40
 
 
-def with_caption(image: Picture, lines: Iterable[str], corner: tuple[int, int]) -> Picture:
-    """Return `image` with lines of text in a corner (row, column: 0 first, 1 last)."""
+def with_caption(image: Picture, lines: Iterable[str], place: Place) -> Picture:
+    """Return `image` with lines of text."""
     canvas, draw, font, gap = _opened(image)
     text = "\n".join(lines)
-    left, top, right, bottom = draw.multiline_textbbox((0, 0), text, font=font)
-    x = image.shape[1] - gap - right if corner[1] else gap - left
-    y = image.shape[0] - gap - bottom if corner[0] else gap - top
-    draw.multiline_text((x, y), text, fill=INK, font=font)
+    left, top, _, _ = draw.multiline_textbbox((0, 0), text, font=font)
+    draw.multiline_text((place[0] + gap - left, place[1] + gap - top), text, fill=INK, font=font)
     return np.asarray(canvas)
 
 
@@ -535,22 +580,27 @@ def round_length(longest: float) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
 
 
+def round_end(largest: float) -> float:
+    """Return the least of 1, 2 and 5 times a power of ten that holds `largest`, to a step of the colours."""
+    least = largest * (1.0 - NO_TENSION)
+    power = 10.0 ** math.floor(math.log10(least))
+    return min(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least)
+
+
 def scale_size(height: int) -> tuple[int, int]:
     """Return width and height that `with_scale` takes in a picture so high, margins included [pixels]."""
     gap = gap_of(height)
     return round((_SHARE + 3.0 * _AXIS) * height) + 2 * gap, round(2.6 * _AXIS * height) + 2 * gap
 
 
-def with_scale(image: Picture, view: View, corner: tuple[int, int]) -> Picture:
-    """Return `image` with a scale bar and the base frame's axes in a corner (row, column: 0 first, 1 last).
+def with_scale(image: Picture, view: View, place: Place) -> Picture:
+    """Return `image` with a scale bar and the base frame's axes.
 
     The bar is true in the plane through the view's target; nearer to the camera things are a little larger.
     """
-    height, width = image.shape[:2]
+    height = image.shape[0]
     canvas, draw, font, gap = _opened(image)
-    across, along = scale_size(height)
-    left = width - across + gap if corner[1] else gap
-    bottom = height - gap if corner[0] else along - gap
+    left, bottom = place[0] + gap, place[1] + scale_size(height)[1] - gap
     pixels_per_m = height / view.height
     length_mm = round_length(1e3 * _SHARE * height / pixels_per_m)
     end = left + round(1e-3 * length_mm * pixels_per_m)
@@ -573,20 +623,25 @@ def with_scale(image: Picture, view: View, corner: tuple[int, int]) -> Picture:
 
 def legend_size(height: int) -> tuple[int, int]:
     """Return width and height that `with_tension_legend` takes in a picture so high [pixels]."""
-    letters = font_of(height).getbbox("tension 00.00 N")
-    return round(letters[2]) + 2 * gap_of(height), round((_BAR[1] + 0.05) * height) + 2 * gap_of(height)
+    letters, gap = font_of(height).getbbox("tension 00.00 N"), gap_of(height)
+    title, bar = _legend_heights(height)
+    return round(letters[2]) + 2 * gap, title + bar + round(0.5 * letters[3]) + 2 * gap
 
 
-def with_tension_legend(image: Picture, full_N: float, corner: tuple[int, int]) -> Picture:
-    """Return `image` with the colours of tensions from 0 to `full_N` in a corner, figures beside them."""
-    height, width = image.shape[:2]
+def _legend_heights(height: int) -> tuple[int, int]:
+    """Return the heights of the legend's title and bar: three figures fit beside the bar [pixels]."""
+    letter = font_of(height).getbbox("0 N")[3]
+    return round(max(0.05 * height, 1.5 * letter)), round(max(_BAR[1] * height, 2.6 * letter))
+
+
+def with_tension_legend(image: Picture, full_N: float, place: Place) -> Picture:
+    """Return `image` with the colours of tensions from 0 to `full_N`, figures beside them."""
+    height = image.shape[0]
     canvas, draw, font, gap = _opened(image)
-    across, along = legend_size(height)
-    left = width - across + gap if corner[1] else gap
-    top = height - along + gap if corner[0] else gap
+    left, top = place[0] + gap, place[1] + gap
     draw.text((left, top), "tension", fill=INK, font=font, anchor="lt")
-    top += round(0.05 * height)
-    bar_width, bar_height = (max(4, round(size * height)) for size in _BAR)
+    title, bar_height = _legend_heights(height)
+    top, bar_width = top + title, max(4, round(_BAR[0] * height))
     colours = np.round(255 * tension_colours(np.linspace(1.0, 0.0, bar_height))[:, :3]).astype(np.uint8)
     bar = np.repeat(colours[:, np.newaxis], bar_width, axis=1)
     canvas.paste(Image.fromarray(bar), (left, top))

@@ -1,4 +1,4 @@
-"""Catheters in pictures: the command line, and where a caption goes."""
+"""Catheters in pictures, by the command line."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import pytest
 from PIL import Image
 
 from catheter_sim.cli.main import main
-from catheter_sim.modelling.build import View
-from catheter_sim.pictures.offscreen import emptiest_corner
 
 pytestmark = pytest.mark.slow
 
@@ -24,12 +22,3 @@ def test_command_line_draws_a_file_of_displacements(tmp_path: Path) -> None:
     image = np.asarray(Image.open(path))
     assert image.shape == (240, 320, 3)
     assert image.std() > 5.0
-
-
-def test_caption_takes_the_emptiest_corner_that_is_left() -> None:
-    """The close-up's corner is no choice for it, nor is the one in which the robot is."""
-    view = View("side", np.zeros(3), np.array([0.0, -1.0, 0.0]), 2.0)
-    upper_right = np.array([(1.5, 0.0, 0.9)])
-    first = emptiest_corner(view, upper_right, 1600, 1000, (300, 300))
-    assert first == (0, 0)
-    assert emptiest_corner(view, upper_right, 1600, 1000, (300, 300), taken=[first]) == (1, 0)

@@ -187,14 +187,14 @@ def _is_soft(segment: RollingSegment) -> bool:
     return math.isfinite(segment.link_modulus_Pa)
 
 
-def _profile(joint: RollingJoint, u: Array) -> Array:
+def profile_height(joint: RollingJoint, u: Array) -> Array:
     """Return the height of a link's lower face; as `arc_height` but for links too short to have it."""
     return np.minimum(arc_height(joint, u), _FACE * joint.link_length_m)
 
 
 def _lower_mouth(joint: RollingJoint, hole: Hole) -> float:
     """Return where the straight part of a hole begins above a link's profile [m]."""
-    face = float(_profile(joint, np.array(hole.place[joint.axis])))
+    face = float(profile_height(joint, np.array(hole.place[joint.axis])))
     return min(face + hole.countersink, _LOWER * joint.link_length_m)
 
 
@@ -202,7 +202,9 @@ def _seam(robot: RollingRobot, joint: RollingJoint) -> float:
     """Return where the top of a soft link begins: a third of the way up its straight part [m]."""
     outer = joint.segment.outer_radius_m
     drawn = holes(robot, joint.segment)
-    low = max(*_profile(joint, np.array([-outer, outer])), *(_lower_mouth(joint, hole) for hole in drawn))
+    low = max(
+        *profile_height(joint, np.array([-outer, outer])), *(_lower_mouth(joint, hole) for hole in drawn)
+    )
     high = joint.link_length_m - max((hole.countersink for hole in drawn), default=0.0)
     return low + (max(high, _UPPER * joint.link_length_m) - low) / 3.0
 
@@ -224,7 +226,13 @@ def _link(robot: RollingRobot, joint: RollingJoint, top: float) -> trimesh.Trime
         # The lower half of a soft link ends within its top, where nobody sees its mouths.
         bores.append(_bore(hole, z_from, z_to if top == length else 0.5 * (z_from + top)))
     return bored(
-        outer, _OUTER_SECTIONS, bores + _lumen(robot, outer), partial(_profile, joint), cuts, joint.axis, top
+        outer,
+        _OUTER_SECTIONS,
+        bores + _lumen(robot, outer),
+        partial(profile_height, joint),
+        cuts,
+        joint.axis,
+        top,
     )
 
 
