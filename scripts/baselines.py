@@ -5,8 +5,8 @@
     python scripts/baselines.py --show NeuroendoscopeTumour -o tumour.mp4 --width 480
 
 Seeds are 0, 1, ...; of each episode the end counts. -o FILE gets one row for each environment: successes of
-the controller (`CONTROLLERS`) and of uniformly random actions. With --show the controller's episode of seed 0 is
-drawn instead: -o OUT.png gets its end, OUT.mp4 all of it, twice as fast as it runs.
+the controller (`CONTROLLERS`) and of uniformly random actions. With --show the controller's episode of
+seed 0 is drawn instead: -o OUT.png gets its end, OUT.mp4 all of it, twice as fast as it runs.
 """
 
 from __future__ import annotations
@@ -63,9 +63,7 @@ def main() -> int:
     parser.add_argument("--environments", help=f"comma-separated, of {', '.join(known)}; default all")
     parser.add_argument("-o", "--output", metavar="FILE", required=True, help="file to write")
     parser.add_argument("--show", metavar="NAME", help="draw an episode of this environment")
-    parser.add_argument(
-        "--width", type=whole_number(160, 4096), default=1280, help="of a picture; default 1280"
-    )
+    parser.add_argument("--width", type=whole_number(160, 4096), default=1280, help="of --show; default 1280")
     options = parser.parse_args()
     try:
         if options.show is not None:

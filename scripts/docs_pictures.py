@@ -107,8 +107,8 @@ def pages_that_show() -> dict[Path, list[str]]:
 # Structural similarity (Wang 2004, Eq. 13) of slightly blurred pictures, on grey and on two differences of
 # colours. A robot is a small part of its picture: only the worst places count, not the mean.
 
-# Measured at 1280 x 720 with three robots: another rasteriser (Mesa's softpipe) or no smoothing of edges gives
-# at most 0.004, inputs that are 1 % smaller 0.07 to 1, 3 % smaller 0.48 to 1.
+# Measured at 1280 x 720 with three robots: another rasteriser (Mesa's softpipe) or no smoothing of edges
+# gives at most 0.004, inputs that are 1 % smaller 0.07 to 1, 3 % smaller 0.48 to 1.
 BOUND = 0.05
 VIDEO_BOUND = 0.2  # of a stored video: by `compress` alone up to 0.08
 BROWSER_BOUND = 0.5  # of a screenshot: letters of another font's version, assumed

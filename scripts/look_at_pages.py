@@ -6,8 +6,8 @@
 A folder stands for every .html file below it but its 404.html, which only a server shows. Of each page and
 width it says: what is wider than the page and does not scroll by itself, words that look like keys
 (snake_case outside code, but the package's name), what failed to load, what the page's scripts complain of.
--o DIR gets a picture of each. The exit status is 1 where there is anything to say. --beside gets one picture of
-a report instead: light on a desk, dark on a telephone, the robot turned by hand.
+-o DIR gets a picture of each. The exit status is 1 where there is anything to say. --beside gets one
+picture of a report instead: light on a desk, dark on a telephone, the robot turned by hand.
 
 Needs Playwright for Python (`pip install playwright`) and Chromium, its own or the system's.
 """
