@@ -31,8 +31,10 @@ from pathlib import Path
 import av
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageSequence
 from scipy.ndimage import gaussian_filter
+
+from catheter_sim.pictures.images import write_video
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -110,7 +112,7 @@ def pages_that_show() -> dict[Path, list[str]]:
 # Measured at 1280 x 720 with three robots: another rasteriser (Mesa's softpipe) or no smoothing of edges
 # gives at most 0.004, inputs that are 1 % smaller 0.07 to 1, 3 % smaller 0.48 to 1.
 BOUND = 0.05
-VIDEO_BOUND = 0.2  # of a stored video: by `compress` alone up to 0.08
+VIDEO_BOUND = 0.2  # of a video: compression alone, at `_LOSS`, moves colours by up to 0.08
 BROWSER_BOUND = 0.5  # of a screenshot: letters of another font's version, assumed
 _BLUR_PX = 2.0  # at `_WIDTH_PX`: hides how edges are smoothed
 _WINDOW_PX = 6.0  # standard deviation of the window
@@ -187,7 +189,22 @@ def files_apart(one: Path, other: Path) -> float:
 _LOSS = 18  # of a stored video, 0 (none) to 51: about half the size that `render` writes
 
 
-def compress(path: Path, stored: Path) -> None:
+_EVERY, _GIF_FPS = 4, 6  # frames of a stored GIF: each fourth, a little faster than `render` plays them
+
+
+def keep(path: Path, stored: Path) -> None:
+    """Copy a file into the form in which it is stored: videos and GIFs become smaller."""
+    if path.suffix == ".mp4":
+        _compress(path, stored)
+    elif path.suffix == ".gif":
+        with Image.open(path) as file:
+            frames = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(file)][::_EVERY]
+        write_video(stored, frames, _GIF_FPS, len(frames))
+    else:
+        shutil.copyfile(path, stored)
+
+
+def _compress(path: Path, stored: Path) -> None:
     """Store a video more tightly than it was written, its colours named as before."""
     with av.open(str(path)) as file, av.open(str(stored), "w", format="mp4") as out:
         read = file.streams.video[0]
@@ -261,13 +278,14 @@ def treat(row: Row, write: bool, every: bool = False, docs: Path = DOCS) -> tupl
             return len(row.files), f"{names}: FAILED: {error}"
         took_s = time.monotonic() - begun
         for name, path in made.items():
-            stored = docs / name
-            apart = files_apart(path, stored) if stored.is_file() else 1.0
+            stored, kept = docs / name, Path(folder) / f"kept_{path.name}"
+            keep(path, kept)
+            apart = files_apart(kept, stored) if stored.is_file() else 1.0
             far = apart > bound_of(row, name)
             says = "CHANGED" if far else "as stored"
             if write and (far or every):
                 stored.parent.mkdir(exist_ok=True)
-                (compress if name.endswith(".mp4") else shutil.copyfile)(path, stored)
+                shutil.copyfile(kept, stored)
                 says = "written"
             wrong += far and not write
             lines.append(f"{name}: {says}, distance {apart:.3f}, {took_s:.0f} s")

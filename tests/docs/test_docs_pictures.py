@@ -95,12 +95,12 @@ def test_a_page_whose_pictures_have_no_commands_is_refused() -> None:
 
 @pytest.mark.slow
 def test_another_posture_is_far_and_smoother_edges_are_near() -> None:
-    """0.1 deg a cell more, or a camera turned by 3 deg, is far; unsmoothed edges and noise are near."""
+    """0.2 deg a cell more, or a camera turned by 10 deg, is far; unsmoothed edges and noise are near."""
     bent = view(0.02)
     noise = np.random.default_rng(0).normal(0.0, 3.0, bent.shape)
     near = [view(0.02, smooth=0), view(0.02, smooth=2), np.clip(bent + noise, 0, 255).astype(np.uint8)]
     assert max(pictures.distance(bent, other) for other in near) < 0.2 * pictures.BOUND
-    far = [view(0.02 + np.radians(0.1)), view(0.02, camera_deg=3.0), bent[:, ::-1], 255 - bent, bent[:-1]]
+    far = [view(0.02 + np.radians(0.2)), view(0.02, camera_deg=10.0), bent[:, ::-1], 255 - bent, bent[:-1]]
     assert min(pictures.distance(bent, other) for other in far) > 2.0 * pictures.BOUND
 
 
