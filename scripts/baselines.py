@@ -6,7 +6,7 @@
 
 Seeds are 0, 1, ...; of each episode the end counts. -o FILE gets one row for each environment: successes of
 the controller (`CONTROLLERS`) and of uniformly random actions. With --show the controller's episode of
-seed 0 is drawn instead: -o OUT.png gets its end, OUT.mp4 all of it, twice as fast as it runs.
+seed 0 is drawn instead: -o OUT.png gets its end or a step, OUT.mp4 all of it, twice as fast as it runs.
 """
 
 from __future__ import annotations
@@ -64,12 +64,13 @@ def main() -> int:
     parser.add_argument("-o", "--output", metavar="FILE", required=True, help="file to write")
     parser.add_argument("--show", metavar="NAME", help="draw an episode of this environment")
     parser.add_argument("--width", type=whole_number(160, 4096), default=1280, help="of --show; default 1280")
+    parser.add_argument("--step", type=whole_number(1, 10000), help="of --show, to end at; default the last")
     options = parser.parse_args()
     try:
         if options.show is not None:
             if options.show not in known:
                 raise unknown("environment", options.show, known, "--show")
-            show(options.show, options.output, options.width)
+            show(options.show, options.output, options.width, options.step)
             return 0
         names = options.environments.split(",") if options.environments else known
         for name in names:
@@ -96,8 +97,8 @@ def main() -> int:
     return 0
 
 
-def show(name: str, path: str, width: int) -> None:
-    """Draw the controller's episode of seed 0: its end (.png), or all of it (.mp4, .gif).
+def show(name: str, path: str, width: int, last: int | None = None) -> None:
+    """Draw the controller's episode of seed 0, up to step `last`: its end (.png), or all of it (.mp4, .gif).
 
     Raises:
         InputError: the file's name has another ending, or it cannot be written.
@@ -106,11 +107,12 @@ def show(name: str, path: str, width: int) -> None:
     size = {"width": width, "height": 2 * round(width * 9 / 32)}
     env = gymnasium.make(f"{PREFIX}{name}{SUFFIX}", render_mode="rgb_array", **size)
     observation, _ = env.reset(seed=0)
-    frames, ended = [], False
+    frames, ended, steps = [], False, 0
     while not ended:
         action = CONTROLLERS[type(env.unwrapped)](env.unwrapped, observation)
         observation, _, terminated, truncated, _ = env.step(action)
-        ended = terminated or truncated
+        steps += 1
+        ended = terminated or truncated or steps == last
         if ended or kind != PICTURE:
             frames.append(env.render())
     fps = 2 * env.metadata["render_fps"]

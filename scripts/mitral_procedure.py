@@ -52,7 +52,7 @@ from catheter_sim.procedure.operate import (
     operate,
     run_series,
 )
-from catheter_sim.procedure.plan import Plan, ProcedureStep, plan
+from catheter_sim.procedure.plan import Plan, ProcedureStep, plan, steps
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
@@ -113,8 +113,9 @@ def run(options: argparse.Namespace) -> int:
         robot = tortuous(robot)
     first = np.random.default_rng([options.seed, 0])
     way = plan(robot, random_anatomy(first))  # refuses a robot of another design before the series
-    if options.picture is not None and options.picture not in [step.name for step in way.steps]:
-        raise unknown("step", options.picture, [step.name for step in way.steps], "--picture")
+    names = [step.name for step in steps(way)]
+    if options.picture is not None and options.picture not in names:
+        raise unknown("step", options.picture, names, "--picture")
     try:
         options.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
