@@ -186,6 +186,7 @@ class LabForm:
         name: of the form.
         law: what it does, in one line, with its source.
         purpose: "both" of a form whose law the diagnosis knows; of a foreign one "tune" or "judge".
+        learnt: of a form that is drawn as foreign: the diagnosis has a form of its law by now.
         applies: whether it makes sense on a specimen.
         draw: what else it has.
         every: of a known form, all choices that `draw` has, of numbers that are no choice a typical one.
@@ -209,6 +210,7 @@ class LabForm:
     name: str
     law: str
     purpose: str = "both"
+    learnt: bool = False
     applies: Callable[[Specimen], bool] = lambda specimen: True
     draw: Draw = nothing_more
     every: Every = nothing_else
