@@ -507,9 +507,7 @@ def vec_env(env: VectorEnv[Any, Any, Any]) -> Any:
     try:
         from stable_baselines3.common.vec_env import VecEnv
     except ImportError as error:
-        raise InputError(
-            "Stable-Baselines3 is not installed; choices: pip install 'catheter-sim[train]'"
-        ) from error
+        raise InputError("Stable-Baselines3 is needed: pip install stable-baselines3") from error
 
     many: Any = env
 
