@@ -182,7 +182,8 @@ def _offences(text: str, words: int, kind: str) -> Iterator[str]:
             yield f"'{phrase}'"
     if kind == "docstring":
         return
-    joints = sum(_NUMBERED.sub("", text).count(sign) for sign in ":;")
+    within = _NUMBERED.sub("", text).rstrip("; ")  # one that parts items of a list is no joint
+    joints = sum(within.count(sign) for sign in ":;")
     if joints > MOST_JOINTS:
         yield f"{joints} colons and semicolons"
     for term, better in ONE_TERM.items():

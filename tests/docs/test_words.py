@@ -112,6 +112,12 @@ def test_sentences_are_split(text: str, found: list[str]) -> None:
     assert [sentence for sentence, _, _ in measured(text)] == found
 
 
+def test_what_parts_items_is_no_joint() -> None:
+    """At an item's end alone."""
+    assert not offences("- this: one;\n- that: two;\n")
+    assert offences("- this: one; two\n")
+
+
 def test_code_is_one_word_and_a_ratio_no_colon() -> None:
     """So are a time of day and an address."""
     ((_, count, found),) = measured("At 10:30 `a b c; d: e` has 2:1, see https://here.example: two.")
