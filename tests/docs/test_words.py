@@ -13,11 +13,7 @@ words = script_module("words")
 ROOT = Path(__file__).resolve().parents[2]
 # Pages that are not within the rules yet: a list that only shrinks. A new page is held to them.
 _NOT_YET = {
-    "docs/guides": [
-        *("add_a_form", "add_a_kind", "add_a_static_model", "add_an_effect", "add_an_output_column"),
-        *("control", "diagnose", "export", "foreign_models", "inverse_sense_control", "lab", "look"),
-        *("own_data", "own_robot", "train_a_policy", "what_changed"),
-    ],
+    "docs/guides": ["look"],
     "docs/reference": [
         *("dataset_toml", "effects", "layout", "papers", "robots", "thresholds", "verbs"),
     ],
