@@ -7,7 +7,8 @@
 A sentence ends at a full stop, a question mark or an exclamation mark, or with its paragraph, list item,
 heading or cell of a table. Code counts as one word. A page's mean is that of its running text and lists.
 The package has no mean. Its docstrings may have more colons, and the code's own terms. In a line that a user
-is shown, the place in front ("robot.toml: tendons.left: ...") and the choices at the end are no sentence.
+is shown, a place in front ("robot.toml: tendons.left: ...") is no part of the sentence; choices and defaults
+at the end are none either.
 The exit status is 1 where a page or the package is over.
 """
 
@@ -43,7 +44,7 @@ _SHORT = re.compile(
     r"\b(?:e\.g|i\.e|cf|vs|approx|al|Eqs?|Figs?|Tabs?|Secs?|Refs?|Nos?|pp|Dr|Prof|St|[A-Z])\.(?=\s)"
 )
 _PLACE = re.compile(r"^(?:(?=[^:;]*[\x00=]|--)(?:[^\s:;]+ ){0,3}[^\s:;]+:\s+)+")
-_CHOICES = re.compile(r"[;,:.] *(?:[\w\x00']+ ){0,3}choices\b.*$", re.DOTALL)
+_CHOICES = re.compile(r"[;,:.] *(?:(?:[\w\x00']+ ){0,3}choices|default)\b.*$", re.DOTALL)
 _NUMBERED = re.compile(r"(?<=\d)[.:](?=\d)|(?<=\w):(?=\w)|://")
 _END = re.compile(r"(?<=[.!?])[\"'”’)\]]*\s+")
 
