@@ -43,9 +43,11 @@ _ITEM = re.compile(r"(?:[-*+]|\d+[.)])\s+")
 _SHORT = re.compile(
     r"\b(?:e\.g|i\.e|cf|vs|approx|al|Eqs?|Figs?|Tabs?|Secs?|Refs?|Nos?|pp|Dr|Prof|St|[A-Z])\.(?=\s)"
 )
-_PLACE = re.compile(r"^(?:(?=[^:;]*[\x00=]|--)(?:[^\s:;]+ ){0,3}[^\s:;]+:\s+)+")
-_CHOICES = re.compile(r"[;,:.] *(?:(?:[\w\x00']+ ){0,3}choices|default)\b.*$", re.DOTALL)
-_NUMBERED = re.compile(r"(?<=\d)[.:](?=\d)|(?<=\w):(?=\w)|://")
+_PLACE = re.compile(r"^(?:(?:[^\s:;]+ ){0,2}[^\s:;]+:\s+)+")
+_CHOICES = re.compile(
+    r"[;,:.] *(?:(?:[\w\x00']+ ){0,3}choices|default)\b.*$|[;,] *(?:[\w']+ ){0,3}[\w']+: \x00\.?$", re.DOTALL
+)
+_NUMBERED = re.compile(r"(?<=\d)[.:](?=\d)|(?<=[\w\x00]):(?=[\w\x00])|://")
 _END = re.compile(r"(?<=[.!?])[\"'”’)\]]*\s+")
 
 

@@ -66,7 +66,7 @@ def add_inputs(parser: argparse.ArgumentParser, required: bool = True) -> None:
         "--inputs",
         metavar="IN.csv",
         required=required,
-        help="inputs over time; a trial's own file; a data set",
+        help="inputs over time, a trial's own file, or a data set",
     )
     parser.add_argument("--trial", metavar="NAME", help="trial of a data set: its file without the ending")
     parser.add_argument("--other-robot", action="store_true", help="take a trial of another robot")

@@ -69,8 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--since",
         metavar="OLD",
         action="append",
-        help="an earlier data set of the same robot, or the folder of its finished report: say what changed "
-        "since then, and nothing else; may be given again: a series, the first one first",
+        help="an earlier data set of the same robot, or the folder of its finished report. Say only what "
+        "changed since then. Give it again for a series, the first one first",
     )
     parser.add_argument(
         "--budget",

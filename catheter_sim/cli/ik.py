@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="corrections by simulation, at most; default 3",
     )
     how.add_argument(
-        "--twin-only", action="store_true", help="do not simulate: faster, errors are the twin's"
+        "--twin-only", action="store_true", help="do not simulate: faster, errors are the fast model's"
     )
     arguments.add_plot(parser)
 

@@ -59,7 +59,7 @@ def _dataset(options: argparse.Namespace) -> int:
     from catheter_sim.tables import replaced_when_whole, write_table
 
     if options.robot is None:
-        raise InputError("new dataset: --robot is needed: an id (see `list`), or the path of a robot's file")
+        raise InputError("new dataset: --robot is needed, an id (see `list`) or the path of a robot's file")
     robot, folder = load_robot(options.robot), _free(Path(options.name))
     reference = options.robot
     if reference.endswith(FILES):

@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--height", metavar="PX", type=size, default=720, help="[pixels], default 720")
     moment = parser.add_mutually_exclusive_group()
     moment.add_argument(
-        "--row", metavar="N", type=arguments.whole_number(1, 10**9), help="row of a picture; 1: the first"
+        "--row", metavar="N", type=arguments.whole_number(1, 10**9), help="row of a picture, from 1"
     )
     moment.add_argument(
         "--time", metavar="S", type=arguments.number, help="time of a picture by the file's time_s [s]"
@@ -49,10 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--curves", action="store_true", help="the inputs' curves beside the video")
     parser.add_argument("--camera", choices=CAMERAS, default=CAMERAS[0], help="where to look from")
     parser.add_argument(
-        "--azimuth", metavar="DEG", type=arguments.number, help="of the looking direction; 90: along +y"
+        "--azimuth", metavar="DEG", type=arguments.number, help="of the looking direction; 90 is along +y"
     )
     parser.add_argument(
-        "--elevation", metavar="DEG", type=_elevation, help="of the looking direction; below 0: downwards"
+        "--elevation", metavar="DEG", type=_elevation, help="of the looking direction; below 0 is downwards"
     )
     parser.add_argument(
         "--zoom", metavar="K", type=arguments.positive, default=1.0, help="larger by this factor; default 1"

@@ -81,9 +81,9 @@ def require_steps(
     step_s, seconds = motion_step_s(robot), float(time_s[-1] - time_s[0])
     if seconds / step_s > most_steps:
         raise InputError(
-            f"{where}: time_s runs over {seconds:g} s, {said} at most {most_steps * step_s:g} s: "
-            f"{len(time_s)} rows, {seconds / step_s:.0f} steps of {step_s:g} s; the budget is {most_steps}. "
-            f"Is time_s in seconds? If so, raise {option}"
+            f"{where}: time_s runs over {seconds:g} s, {said} at most {most_steps * step_s:g} s. "
+            f"These are {len(time_s)} rows, {seconds / step_s:.0f} steps of {step_s:g} s; "
+            f"the budget is {most_steps}. Is time_s in seconds? If so, raise {option}"
         )
 
 

@@ -177,7 +177,7 @@ def checked_mask(mask: Any, count: int) -> np.ndarray:
     if mask is None:
         return np.ones(count, dtype=bool)
     if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (count,):
-        raise InputError(f"reset_mask: an array of {count} truth values is needed")
+        raise InputError(f"reset_mask: an array of {count} booleans is needed")
     if not mask.any():
         raise InputError("reset_mask: at least one environment is to be reset")
     return mask

@@ -450,7 +450,7 @@ def plane_frame(
         by_hand = f'tip_x_mm = {{ column = "{columns[0]}", scale = 0.3 }}'
         raise InputError(
             f"{rows.against.where}: the robot's own motion{why} does not show which coordinates "
-            f"{columns[0]!r} and {columns[1]!r} are; write [map] of a dataset.toml by hand: {by_hand}"
+            f"{columns[0]!r} and {columns[1]!r} are. Write [map] of a dataset.toml by hand: {by_hand}"
         )
     size: dict[str, Any] = {"unit": unit}
     if not unit:

@@ -149,7 +149,9 @@ def sense(
     value = twin.of_histories(robot, [readings.inputs])[0]
     if not np.isfinite(value).all():
         row = int(np.argmin(np.isfinite(value).all(axis=1)))
-        raise InputError(f"row {row + 1} (time_s = {readings.inputs.time_s[row]:g}): the twin has no balance")
+        raise InputError(
+            f"row {row + 1} (time_s = {readings.inputs.time_s[row]:g}): the fast model has no balance"
+        )
     slopes = {cause.name: _of_cause(twin, robot, readings.inputs, cause) for cause in causes}
     pushes = _pushes(twin, robot, readings.inputs, noise)
     rng = np.random.default_rng(0)
@@ -291,5 +293,5 @@ def _narrowed(
 
 def _finite(change: Array, cause: str) -> Array:
     if not np.isfinite(change).all():
-        raise InputError(f"{cause}: within its range the twin has no balance")
+        raise InputError(f"{cause}: within its range the fast model has no balance")
     return change

@@ -412,7 +412,7 @@ def compare(
     )
     if worst.share > LARGEST_DIFFERENCE:
         why = "; ".join(moved) or "the file holds more than links, holes and springs"
-        raise InputError(f"{where}: the robot would be {text}; at most 2 % is taken: {why}")
+        raise InputError(f"{where}: the robot would be {text}, but at most 2 % is taken: {why}")
     return [text]
 
 
