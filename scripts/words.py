@@ -262,17 +262,21 @@ def _blocks_of_docstring(text: str) -> Iterator[str]:
     text = _TICKS.sub(_CODE, _FENCE.sub("", text))
     parts: list[str] = []
     section = example = False
+    first = 0  # indentation of the block's first line
     for line in [*text.splitlines(), ""]:
         bare = line.strip()
+        indent = len(line) - len(line.lstrip())
         example = bool(bare) and (example or bare.startswith(">>>"))
         heads = re.fullmatch(r"[A-Z]\w+:", bare) is not None
-        entry = section and re.match(r" {4}\S", line) is not None
-        if not bare or example or heads or entry or bare.startswith("|") or _ITEM.match(bare):
+        entry = section and indent == 4
+        listed = not section and indent > 0 and (first == 0 or indent <= first)
+        if not bare or example or heads or entry or listed or bare.startswith("|") or _ITEM.match(bare):
             if parts:
                 yield " ".join(parts)
             parts = []
         section = heads or (section and (not bare or line.startswith(" ")))
         if bare and not example and not heads and not bare.startswith("|"):
+            first = first if parts else indent
             # The name of an entry is no part of its sentence.
             parts.append(re.sub(r"^[\w *,/()-]+?: ", "", bare) if entry else bare)
 

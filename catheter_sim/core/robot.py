@@ -151,10 +151,10 @@ class Dynamics:
     K * relaxation_time_s and the armature K * inertia_time_s**2, so that the approach to rest is overdamped
     alike for stiff and soft robots: dry friction remembers an overshoot.
 
-    Physical damping, which acts only in motion; none by default, a robot that is to move as a real one
+    Physical damping, which acts only in motion. None by default, a robot that is to move as a real one
     states its own: material that is strained at a rate resists as Kelvin and Voigt's, stress = E (strain +
-    damping_time_s * rate), so that a hinge of stiffness K gets the damping K * damping_time_s; a tendon's
-    channel resists by a force along the tendon; a servo follows its command by a first-order lag.
+    damping_time_s * rate), so that a hinge of stiffness K gets the damping K * damping_time_s. A tendon's
+    channel resists by a force along the tendon. A servo follows its command by a first-order lag.
     `core.motion` makes of these what the integrator needs.
     """
 

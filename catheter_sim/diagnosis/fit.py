@@ -528,9 +528,9 @@ def left_out_residuals(task: FitTask, at: Linearised, block: np.ndarray, well: b
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
     Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes
-    the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed
+    the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals. Otherwise they are computed
     with the full model: where the whole step would raise the error on the rows kept, a part of the step away,
-    and where any part would raise it, with the rows kept fitted anew; unless `well`, as fitted to all rows.
+    and where any part would raise it, with the rows kept fitted anew. Unless `well`, as fitted to all rows.
     """
     fold = fold_of(block)
     keeps = [fold != index for index in np.unique(fold)]

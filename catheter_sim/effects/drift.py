@@ -2,7 +2,7 @@
 
 A zero that wanders: each channel's zero moves at a constant rate from the trial's own start (a slipping
 clamp, a warming sensor). Creep: under a held input the robot comes on by a share of it with a time
-constant, as a spring in series with a Kelvin-Voigt element; below zero it gives back (a tendon that
+constant, as a spring in series with a Kelvin-Voigt element. Below zero it gives back (a tendon that
 creeps). What the zero has wandered creeps too. A response that creeps: what is seen goes on in the same way
 (a sheath or a glue that gives way slowly), whatever its inputs do to it at once.
 """

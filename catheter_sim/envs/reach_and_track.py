@@ -77,7 +77,7 @@ class ReachEnv(TipEnv):
 
     ## Observation
 
-    A flat `Box` of float32, all parts finite and of order one; `layout` maps names to slices, L is
+    A flat `Box` of float32, all parts finite and of order one. `layout` maps names to slices, L is
     the length of the straight robot (of a catheter with its tube all out: 117.34 mm and 108.18 mm), s
     and t its numbers of segments and tendons (of a catheter pairs and tube), b that of its bends: 2 s, of
     a catheter one for each joint.
@@ -122,7 +122,7 @@ class ReachEnv(TipEnv):
     The tip has to stay, for half a second (5 steps, assumed), because chance passes through targets: the tip
     of a section moves on a curve, and friction holds it still where random actions turn about. After random
     actions it is at rest at the target in some step of 11 of 100 episodes of `NeuroendoscopeReach-v0`, and of
-    12 and 2 of `NeuroendoscopeSectionReach-v0` and `ChestTubeSectionReach-v0`; for 5 steps in 1, 0 and 0.
+    12 and 2 of `NeuroendoscopeSectionReach-v0` and `ChestTubeSectionReach-v0`. For 5 steps in 1, 0 and 0.
 
     ## Reset
 

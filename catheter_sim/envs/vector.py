@@ -407,7 +407,7 @@ def vector_env(
     So are the clinical tasks, whose numbers are then those of single environments to the bit. A batch could
     hold a model for each copy's anatomy, but the springs of tissue are written into the rows of a step's
     contacts (`simulation.tissue`) after MuJoCo has made them and before it solves them, where a batch lets
-    nobody in; as applied forces they would not be stable. Contacts and their solution run without Python's
+    nobody in. As applied forces they would not be stable. Contacts and their solution run without Python's
     lock, so that threads gain more the more contacts there are. Each reset builds a new anatomy under the
     lock.
 

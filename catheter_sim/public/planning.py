@@ -293,7 +293,7 @@ def inverse_kinematics(
         robot: a robot, its id or its file.
         targets: a mapping, a data frame or a CSV file: any of `tip_x_mm`, `tip_y_mm`, `tip_z_mm`, the
             direction of the tip's axis (`tip_direction_x`, `_y`, `_z`), and every other output column in mm
-            or deg (`angle_bending_deg`), shape (r,) each; NaN asks nothing. Without `time_s` rows are a
+            or deg (`angle_bending_deg`), shape (r,) each. NaN asks nothing. Without `time_s` rows are a
             second apart.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         limits: least and most of an input by its column, in the column's unit; 0 must lie between them.

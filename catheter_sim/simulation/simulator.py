@@ -216,7 +216,7 @@ class Loads:
     """What acts now on the tip and on other points of a robot.
 
     The point of a force on an element is given in the frame of the body that carries the element's distal
-    face: for a link with a rolling joint as in `LinkForce`; for a continuum robot's element its origin is the
+    face: for a link with a rolling joint as in `LinkForce`. For a continuum robot's element its origin is the
     element's last hinge.
 
     Attributes:

@@ -125,7 +125,7 @@ class DeliverEnv(ClinicalEnv[Case]):
     the septum to 40 mm beyond the puncture.
 
     `mitral_4dof` has no proximal torsion. Its distal bending joint makes the turn to the valve, its proximal
-    one takes the torsion's place; the sheath is rolled by a quarter turn to within 10 degrees, and the clip
+    one takes the torsion's place. The sheath is rolled by a quarter turn to within 10 degrees, and the clip
     is mounted with its arms in the plane of that turn (both assumed).
 
     ## The heart
@@ -137,7 +137,7 @@ class DeliverEnv(ClinicalEnv[Case]):
     (assumed) under each element of the robot; leaflets give way on their hinges besides. No friction.
 
     The flow shakes the tip by a sinusoidal force 70 times a minute (Nayar 2022, Section IV-F), 4.6 to 18.4 mN
-    in amplitude: the paper's tip swung by 0.13 mm, which takes 9.2 mN; from half to twice of that is assumed.
+    in amplitude: the paper's tip swung by 0.13 mm, which takes 9.2 mN. From half to twice of that is assumed.
     Its line lies within 30 degrees of the valve's axis; both, and its phase, are drawn (`procedure.heart`).
 
     ## Observation
@@ -171,11 +171,11 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     It terminates with success where the middle of the implant has been within `tolerance_m` of its place
     between the leaflets (centred on their gap and at the planned depth) and turned from it by at most
-    `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit;
-    without success where one is, or where the simulation diverges. The registered environments are truncated
+    `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit.
+    Without success where one is, or where the simulation diverges. The registered environments are truncated
     after 200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on
     each plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0) takes 40 g of a
-    catheter's tip on the wall for excessive; of leaflets it is assumed.
+    catheter's tip on the wall for excessive. Of leaflets it is assumed.
 
     ## Reset
 

@@ -194,7 +194,7 @@ class TumourEnv(ClinicalEnv[Ventricles]):
 
     `Box(-1, 1, (6,), float32)`: changes of the four tension drives, in shares of 0.05 of their ranges (distal
     0.61 N, proximal 0.74 N: 3 rad of a section without friction; Kato 2016 articulates with up to 0.65 N),
-    or with `action_type="displacement"` (`(4,)`) of the two bends asked for; then the insertion, 2 mm a step
+    or with `action_type="displacement"` (`(4,)`) of the two bends asked for. Then the insertion, 2 mm a step
     at full action, from 0 to 75 mm, and the roll of the robot at the burr hole, 3 deg a step, +-60 deg.
 
     ## Observation

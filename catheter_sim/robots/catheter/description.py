@@ -472,9 +472,9 @@ Joints = tuple[tuple[str, str], ...]  # a pair's name, and its segment's
 def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
     """Return the places at which causes may act.
 
-    Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale;
-    its statics carry a mount that gives way beside springs alone, and a load on the tip beside springs that
-    may rub, but beside no law that was measured, and a search with it would take a quarter of an hour; and
+    Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale.
+    Its statics carry a mount that gives way beside springs alone, and a load on the tip beside springs that
+    may rub, but beside no law that was measured, and a search with it would take a quarter of an hour. And
     inextensible tendons move their joints whether they rub
     or not.
     """

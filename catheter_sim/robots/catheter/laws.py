@@ -633,7 +633,7 @@ class TubeArrays(NamedTuple):
 
     Attributes:
         places: in MuJoCo: the hinges' positions toward x and y, at the exit and at the inlet, the slide's,
-            the twist's; the slide's degree of freedom, its actuator, the springs against the whole bend
+            the twist's. The slide's degree of freedom, its actuator, the springs against the whole bend
             and against skew, two each, shape (12,).
         curvature: at rest, toward x and y, shape (2,) [1/m].
         beyond_m: length of what the tube carries.

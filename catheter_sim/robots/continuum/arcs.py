@@ -18,7 +18,7 @@ The generalised load is that of weights at the disks and of a force and a moment
 fixed direction in the base frame (virtual work). Beside a segment's elastic law may act an elastic-plastic
 part (Prandtl's element, L. Prandtl, ZAMM 8, 1928): of h times the stiffness, it carries h k0 e, where e
 follows the bend as far as |e| = e_y and slips from there on, in the direction of the bend (return mapping).
-The rows of a robot with friction or such a part are marched one by one; without, a row's equilibrium does
+The rows of a robot with friction or such a part are marched one by one. Without, a row's equilibrium does
 not depend on others, unless there are several: then the one near the row before is found. Solved in
 compiled loops (`arc_kernels`).
 """

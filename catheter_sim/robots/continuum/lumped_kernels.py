@@ -813,7 +813,7 @@ def solve_rows(
     """Solve r rows.
 
     Where Newton's method fails at the full load, the load is raised from zero in steps that halve
-    where it fails and double where it does not; no row reads another, so that their order is nothing.
+    where it fails and double where it does not. No row reads another, so that their order is nothing.
 
     Args:
         first_share: of the load, with which to begin, shape (r,); below 1: begin at the straight robot.

@@ -116,7 +116,7 @@ def hinge_moments(hinges: Array, faces: Array, force: Array) -> Array:
 def hinge_moment_slopes(hinges: Array, faces: Array, force: Array) -> Array:
     """Return how `hinge_moments` changes with the bend angles, shape (n, n) [N m/rad].
 
-    Turning hinge m swings everything beyond it; the moment at hinge k sees the part beyond both, so
+    Turning hinge m swings everything beyond it. The moment at hinge k sees the part beyond both, so
     that entry (k, m) depends on the outer one of the two alone, and the matrix is symmetric.
     """
     fx, fz = force[:, 0], force[:, 2]

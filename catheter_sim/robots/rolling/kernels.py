@@ -377,7 +377,7 @@ def slide_and_bend_rods(
     spans. Further filled are, of `work`,
 
         rods: for each pulled rod and joint, shape (3, t, n): `SLOPE`, how its span's length changes with the
-            angle [m/rad]; `LACK`, by how much the share has to change, were the angles to stay; `STICKS`, 1
+            angle [m/rad]. `LACK`, by how much the share has to change, were the angles to stay. `STICKS`, 1
             where it does, 0 where it slips.
         kept: worked in, but its last row, shape (3, n): what `LACK` adds to the moments [N m].
     """
