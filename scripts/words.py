@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import html
 import re
 import sys
 from collections.abc import Iterable, Iterator
@@ -26,6 +27,9 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "catheter_sim"
 MOST_WORDS, MOST_MEAN = 35, 20.0
 MOST_JOINTS = 1  # colons and semicolons in a sentence
+LEAST_WORDS = 4  # of a string that is a text and not a name
+# What writes pages in docs/truth, a file to fill in, or parts of a page: their texts are no sentences alone.
+NO_TEXTS = ("validation", "examples.py", "page", "lab/forms")
 BANNED = ("anew", "stands open", "are told", "as well as what that", "what never", "weighed", "settled")
 ONE_TERM = {"truth": "validation", "verb": "command", "twin": "fast model", "surrogate": "fast model"}
 SHOWN = frozenset(
@@ -41,7 +45,7 @@ _IMAGE = re.compile(r"!\[((?:[^][]|\[[^]]*\])*)\]\([^)]*\)")
 _LINK = re.compile(r"\[((?:[^][]|\[[^]]*\])*)\](?:\([^)]*\)|\[[^]]*\])")
 _ITEM = re.compile(r"(?:[-*+]|\d+[.)])\s+")
 _SHORT = re.compile(
-    r"\b(?:e\.g|i\.e|cf|vs|approx|al|Eqs?|Figs?|Tabs?|Secs?|Refs?|Nos?|pp|Dr|Prof|St|[A-Z])\.(?=\s)"
+    r"\b(?:e\.g|i\.e|cf|vs|approx|al|Eqs?|Figs?|Tabs?|Secs?|Refs?|Nos?|pp|Dr|Prof|St|(?<!\d )[A-Z])\.(?=\s)"
 )
 _PLACE = re.compile(r"^(?:(?:[^\s:;]+ ){0,2}[^\s:;]+:\s+)+")
 _CHOICES = re.compile(
@@ -164,7 +168,7 @@ def _unmarked(block: Block) -> Iterator[Block]:
 
 def sentences_of(block: Block) -> Iterator[Sentence]:
     """Yield the sentences of a block."""
-    text = " ".join(block.text.split())
+    text = " ".join(html.unescape(block.text).split())
     text = _SHORT.sub(lambda found: found[0][:-1] + _DOT, text)
     text = re.sub(r"\.\.\.(?=\s+[a-z(]|\))", _DOT * 3, text)
     if block.kind == "shown":
@@ -200,6 +204,13 @@ def of_page(path: Path) -> Measured:
     return Measured(_named(path), tuple(sentences))
 
 
+def of_code(path: Path) -> list[Measured]:
+    """Return what a file of the package says, measured: shown lines, public docstrings, and its texts."""
+    found = [of_strings(path), of_docstrings(path)]
+    below = path.relative_to(PACKAGE).as_posix() if path.is_relative_to(PACKAGE) else path.name
+    return found if below.startswith(NO_TEXTS) else [*found, of_texts(path)]
+
+
 def of_strings(path: Path) -> Measured:
     """Return what a user is shown by a file's code, measured: errors, warnings, prints, help."""
     found = (Block(line, "shown", text) for line, text in shown_by(ast.parse(path.read_text("utf-8"))))
@@ -213,6 +224,31 @@ def of_docstrings(path: Path) -> Measured:
         for block in _blocks_of_docstring(text):
             sentences += sentences_of(Block(line, "docstring", block))
     return Measured(_named(path), tuple(sentences), has_mean=False)
+
+
+def of_texts(path: Path) -> Measured:
+    """Return all texts of a file's code of four words or more, such as those of reports, measured."""
+    found = (Block(line, "docstring", text) for line, text in texts_of(ast.parse(path.read_text("utf-8"))))
+    return Measured(_named(path), tuple(s for block in found for s in sentences_of(block)), has_mean=False)
+
+
+def texts_of(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield line and text of the strings of four words or more that are no docstrings."""
+    nodes: list[ast.AST] = [tree]
+    while nodes:
+        node = nodes.pop()
+        if isinstance(node, ast.JoinedStr) or (
+            isinstance(node, ast.Constant) and isinstance(node.value, str)
+        ):
+            text = "".join(_literal(node))
+            if len(text.split()) >= LEAST_WORDS:
+                yield getattr(node, "lineno", 1), text
+        else:
+            nodes += [
+                child
+                for child in ast.iter_child_nodes(node)
+                if not (isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant))
+            ]
 
 
 def shown_by(tree: ast.AST) -> Iterator[tuple[int, str]]:
@@ -312,7 +348,7 @@ def main(arguments: Iterable[str] | None = None) -> int:
         measured = [of_page(path) for path in pages()]
     if options.package or not options.pages:
         for path in sorted(PACKAGE.rglob("*.py")):
-            measured += [item for item in (of_strings(path), of_docstrings(path)) if item.is_over]
+            measured += [item for item in of_code(path) if item.is_over]
     print("state mean most  bad  page")
     for item in measured:
         _print_page(item, sys.maxsize if options.all else 3)

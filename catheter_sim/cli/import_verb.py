@@ -67,12 +67,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--rate", metavar="HZ", type=arguments.number, help="of a file that counts frames alone"
     )
     parser.add_argument(
-        "--gravity", metavar="GX,GY,GZ", help="in the base frame [m/s^2]; default: not stated, 0,0,0"
+        "--gravity", metavar="GX,GY,GZ", help="in the base frame [m/s^2]; default not stated, 0,0,0"
     )
     parser.add_argument(
         "--motion",
         choices=("held", "dynamic"),
-        help="whether each row was held until at rest; default: held, as a guess",
+        help="whether each row was held until at rest; default held, as a guess",
     )
 
 

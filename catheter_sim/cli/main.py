@@ -100,7 +100,7 @@ def parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     top.add_argument("--version", action="version", version=f"catheter-sim {__version__}")
-    verbs = top.add_subparsers(dest="verb", metavar="VERB", title="verbs")
+    verbs = top.add_subparsers(dest="verb", metavar="COMMAND", title="commands")
     for name, module in VERBS.items():
         summary, _, rest = (module.__doc__ or "").strip().partition("\n")
         verb = verbs.add_parser(

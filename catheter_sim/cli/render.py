@@ -7,7 +7,7 @@ example:
   catheter-sim render neuroendoscope --inputs in.csv -o three.png --rows 1,5,9
   catheter-sim render neuroendoscope_section --inputs in.csv -o loops.gif --curves --width 640 --height 360
 
-The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves; the
+The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves. The
 picture shows its last row, or the robot at --row or --time, after all rows before it, or several
 --rows in one. Between two rows the inputs lie on the line from one to the other. Tendons are
 coloured by their tension along their length. Measured points in the file of inputs are shown as

@@ -669,7 +669,7 @@ def _in_words(groups: Sequence[Sequence[str]]) -> NextExperiment:
 
 
 def advice(names: Sequence[str], before: str = "") -> str:
-    """Return how effects are told apart by other means, after the words `before`; "" where none is known.
+    """Return how to tell effects apart by other means, after the words `before`; "" where none is known.
 
     The effects' own advice is looked through from the measurement back to the command.
     """

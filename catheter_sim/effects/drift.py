@@ -182,8 +182,9 @@ def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
 _MEMORY = _Drift()
 EFFECT = Effect(
     name="drift",
-    summary="the inputs' zero wanders by zero + zero_<channel> a minute, or jumps by `shift`; inputs fade by "
-    "`fade`; or what arrives (`creep`) or is observed (`response_creep`) grows slowly under a held input",
+    summary="the inputs' zero wanders by zero + zero_<channel> a minute, or jumps by `shift`, or inputs "
+    "fade by `fade`. What arrives (`creep`) or is observed (`response_creep`) may grow slowly under a held "
+    "input",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
     bench="Hold one input for ten minutes, return to zero and wait as long. What keeps moving? Check "
     "temperature, slipping clamps and creeping polymers.",

@@ -68,7 +68,7 @@ _BEFORE, _BEHIND = Late("lag_s", "delay_s"), Late("output_lag_s", "output_delay_
 EFFECT = Effect(
     name="rate",
     summary="what arrives, or what is observed but for tensions, follows with a first-order lag or a delay, "
-    "all channels alike; or the material resists a rate of strain by more than specified",
+    "all channels alike. Or the material resists a rate of strain by more than specified",
     trace="a loop whose width grows with the speed, and which closes where the input is held",
     bench="Step one input and record as fast as the tracker can. How long until the tip moves, and "
     "until it rests? Check that inputs and tracker share one clock.",

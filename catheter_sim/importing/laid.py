@@ -432,9 +432,10 @@ def plane_frame(
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return the entry of each coordinate of points in a plane, and how sure it is: not at all.
 
-    Which coordinates they are, their signs and, where nothing states a unit, their scale are told by the
-    robot's own motion. `rows` are those of the file, `entries` those of the inputs, `points` the two columns
-    of each; `unit`: as the head or the user states it, else "". `picture`: they are places in a picture.
+    Which coordinates they are, their signs and, where nothing states a unit, their scale follow from the
+    robot's own motion. `rows` are those of the file, `entries` those of the inputs, `points` the two
+    columns of each; `unit`: as the head or the user states it, else "". `picture`: they are places in a
+    picture.
 
     Raises:
         InputError: the robot does not move so that it could show them; the message says how to do it by hand.

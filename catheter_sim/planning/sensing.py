@@ -1,11 +1,11 @@
 """Where a robot is, from what its actuators say, and how sure that is.
 
 The posture is the twin's under the measured inputs, row after row. What could make it another one is
-followed to first order: noise of every input at every row, through the rows that remember it, and numbers
-of the robot that are known only within a range. Draws of all these causes give the regions, so that an even
-range stays an even range. Further readings (a tension beside a displacement, an angle from a tracker)
-narrow the draws: each is moved by what its readings differ from the measured ones, times the gain of linear
-regression (exact for noise as Gauss has it).
+followed to first order. That is noise of every input at every row, through the rows that remember it, and
+numbers of the robot that are known only within a range. Draws of all these causes give the regions, so
+that an even range stays an even range. Further readings (a tension beside a displacement, an angle from a
+tracker) narrow the draws. Each is moved by what its readings differ from the measured ones, times the
+gain of linear regression (exact for noise as Gauss has it).
 """
 
 from __future__ import annotations

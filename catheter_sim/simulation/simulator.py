@@ -597,9 +597,10 @@ class Simulator:
             others: further forces, at points of elements (`Loads` says in which frame).
 
         Raises:
-            InputError: other than one finite number for each tendon, a tension below zero, a catheter's
-                displacement beyond its joint's range, a force or moment of other than three finite numbers,
-                or a force on an element that the robot does not have.
+            InputError: other than one finite number for each tendon, a tension below zero, or a catheter's
+                displacement beyond its joint's range.
+            InputError: a force or moment of other than three finite numbers, or a force on an element that
+                the robot does not have.
         """
         inputs = checked_inputs(self.robot, self._drives, tendon)
         where = f"{self.robot.name}: set_inputs:"

@@ -327,8 +327,8 @@ def step_counts(
     """Return in how many steps to go from row to row, from zero inputs to the first, shape (r,).
 
     A step's change of inputs bends a frictionless robot by no more than `step_bend_rad`, or by no more than
-    `alone_bend_rad`, where that is given, if all but the tendons of one end bend it by less than a tenth of
-    `step_bend_rad`.
+    `alone_bend_rad`, where that is given. The latter holds if all but the tendons of one end bend it by
+    less than a tenth of `step_bend_rad`.
     """
 
     def changes(values: Array) -> Array:

@@ -857,10 +857,10 @@ def follow(
 
     Friction goes by how rods slide, by the first `pre_sliding_m` with which an equilibrium is found; of none,
     by the tensions that it keeps.
-    `made` is filled for all s steps with what each did to the angles, NaN where it had to be cut, and where
-    rods slide with their shares after it: shape (s, 1, n) or (s, 1 + t, n). `guide` is `made` of a robot that
-    is much alike; of no steps: none is known.
-    `acting` and `steps`, shape (r,), have a value a row, and `found` is filled row by row.
+    `made` is filled for all s steps with what each did to the angles, NaN where it had to be cut. Where
+    rods slide it is filled with their shares after it: shape (s, 1, n) or (s, 1 + t, n). `guide` is `made`
+    of a robot that is much alike; of no steps: none is known. `acting` and `steps`, shape (r,), have a
+    value a row, and `found` is filled row by row.
     """
     rows, n = found.theta.shape
     before, start, work = 0, 0, workspace(n, chain.pulled)
