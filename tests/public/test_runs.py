@@ -107,9 +107,9 @@ def test_data_frame_holds_the_table(run: cs.Run) -> None:
 
 
 def test_data_frame_without_pandas_is_one_line(run: cs.Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where pandas is not installed, the error names the extra."""
+    """Where pandas is not installed, the error names the package."""
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(cs.InputError, match=r"needs pandas; install catheter-sim\[pandas\]"):
+    with pytest.raises(cs.InputError, match=r"needs pandas: pip install pandas"):
         run.to_dataframe()
 
 
