@@ -1,6 +1,6 @@
 """Measure the words of the pages, of what a user is shown, and of public docstrings.
 
-    python scripts/words.py                    # README, docs/, then the package
+    python scripts/words.py                    # README, CONTRIBUTING, docs/, then the package
     python scripts/words.py README.md          # pages by name
     python scripts/words.py --package --all    # every offence of strings and docstrings
 
@@ -322,8 +322,8 @@ def _named(path: Path) -> str:
 
 
 def pages() -> list[Path]:
-    """Return the README and the pages of the documentation."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    """Return the README, what is expected of a change, and the pages of the documentation."""
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def _print_page(page: Measured, at_most: int) -> None:

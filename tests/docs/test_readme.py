@@ -60,7 +60,7 @@ def test_independent_bench_is_told_as_its_page_has_it() -> None:
     assert listed("One fault, by independent code") == [
         judged("single, known form", "single, foreign form: named, or")
     ]
-    assert listed("Two faults") == [
+    assert listed("Two faults, by independent") == [
         judged("pair of known forms", "pair with a foreign form"),
         judged("pair of known forms"),
     ]
@@ -96,6 +96,8 @@ def test_links_lead_somewhere(path: Path) -> None:
     ("what", "row"),
     [
         ("One fault, by the package's own physics", "single effect named first"),
+        ("Two faults, by the package's own physics", "both of two named"),
+        ("A fault outside the list", "outside the list"),
         ("No fault", "a cause named for nothing"),
     ],
 )
