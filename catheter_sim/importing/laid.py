@@ -417,7 +417,7 @@ def frame_of(
         guesses.append(Guess("map.axes", "x, y, z", "assumed: the robot cannot be driven so", False))
         return ["x", "y", "z"], unit, guesses
     axes, sure = axes_of(computed, measured)
-    why = f"the robot as specified moves so, but for {100 * laid.error:.1f} % of the motion{rests}"
+    why = f"best of 24 axis orders; {100 * laid.error:.1f} % of the motion stays unexplained{rests}"
     sure = sure and evident and inputs_sure
     guesses.append(Guess("map.axes", f"the base's x, y, z are the file's {', '.join(axes)}", why, sure))
     return axes, unit, guesses
@@ -459,7 +459,7 @@ def plane_frame(
         known = not picture and abs(np.log(laid.scale / LENGTHS[near])) < np.log(2.0)
         size = {"unit": near} if known else {"scale": float(f"{laid.scale:.3g}")}
     said = f"in {size['unit']}" if "unit" in size else f"{size['scale']:g} mm for 1"
-    why = f"the robot as specified moves so, but for {100 * laid.error:.1f} % of the motion"
+    why = f"best fit of the robot's motion; {100 * laid.error:.1f} % of the motion stays unexplained"
     found: dict[str, dict[str, Any]] = {}
     guesses = []
     for point, columns in points.items():
