@@ -64,6 +64,9 @@ def test_independent_bench_is_told_as_its_page_has_it() -> None:
         judged("pair of known forms", "pair with a foreign form"),
         judged("pair of known forms"),
     ]
+    limits = page("explanations/limits.md")
+    for what in ("One fault, by independent", "Two faults, by independent"):
+        assert listed(what)[0] in limits
 
 
 def test_inverse_kinematics_is_told_as_its_page_has_it() -> None:
