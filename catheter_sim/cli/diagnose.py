@@ -13,8 +13,8 @@ dataset.toml needs (texts, unless said otherwise):
 and may have:
   [conditions]  motion: "held", each row was held until the robot rested, or "dynamic": it moved as time_s
                 says, from rest under each trial's first row; fits then go by the simulation, which takes
-                minutes. warm_up_s: so long each trial is played and not judged, as a stretch of a longer
-                recording does not begin at rest
+                minutes. warm_up_s: the time for which each trial is played and not judged, as a stretch
+                of a longer recording does not begin at rest
   [[trials]]    role: "train" or "heldout". If no trial is held out, the last trials without a role are,
                 about 30 % of the rows; a single trial is cut between two of its cycles
   [calibration] numbers of the robot with bounds, friction.mu = [0.0, 0.5] say: fitted within them
@@ -22,18 +22,19 @@ and may have:
                 NAME = { keys = [...], range = [lower, upper] }, or factor = [lower, upper] on each
   [map]         which column of a tracker's or a logger's own file is which channel; `catheter-sim import`
                 proposes it, docs/reference/dataset_toml.md has its keys
-Where robot is somebody's MJCF (arm.xml) and the inputs are its actuators' controls (control_<actuator>),
-causes that any model may have are asked of it: gain, offset, play, delay, damping, dry friction, stiffness,
+
+The robot may be somebody's MJCF (arm.xml), with its actuators' controls as inputs (control_<actuator>). Then
+causes are tried that any model may have: gain, offset, play, delay, damping, dry friction, stiffness,
 payload, the tracker's frame. Outputs are joint_<name>_deg or _mm, site_<name>_x_mm, body_<name>_x_mm and
 sensor_<name>; motion = "dynamic"; [conditions] settle_s: the first row is held so long before a trial begins.
 A file has at most 100000 rows. Stamps in epoch seconds will do: each trial's clock starts at its first row.
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
-robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
-Errors are in mm or deg on trials held out from the fit.
-Where too little was measured to name any cause (fewer than 60 values to learn from, held-out data of fewer
-than 5 stretches or without motion), that is said at once, and no cause is looked for.
+robot.toml (the corrected robot, accepted wherever a robot id is), and the fitted series as CSV.
+Errors are in mm or deg on held-out trials.
+Too little may be measured to name any cause: fewer than 60 values to learn from, held-out data of fewer than
+5 stretches or without motion. That is said at once, and no cause is looked for.
 Several DATASETs are diagnosed one after the other, each into a folder of its own name in DIR.
-A run that was stopped goes on where it was when it is started again with the same DIR.
+A run that was stopped continues when it is started again with the same DIR.
 Standard error says what is being done, with the time since the start.
 """
 
@@ -70,14 +71,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--since",
         metavar="OLD",
         action="append",
-        help="an earlier data set of the same robot, or the folder of its finished report: say what changed "
-        "since then, and nothing else; may be given again: a series, the first one first",
+        help="an earlier data set of the same robot, or the folder of its finished report. Say only what "
+        "changed since then. Give it again for a series, the first one first",
     )
     parser.add_argument(
         "--budget",
         metavar="SECONDS",
         type=arguments.positive,
-        help="time after which the search for causes ends with the best so far; default: "
+        help="time after which the search for causes ends with the best so far; default "
         f"{COMPARING_BUDGET_S:g} with --since, none without",
     )
     parser.add_argument(

@@ -7,7 +7,7 @@ example:
   catheter-sim render neuroendoscope --inputs in.csv -o three.png --rows 1,5,9
   catheter-sim render neuroendoscope_section --inputs in.csv -o loops.gif --curves --width 640 --height 360
 
-The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves; the
+The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves. The
 picture shows its last row, or the robot at --row or --time, after all rows before it, or several
 --rows in one. Between two rows the inputs lie on the line from one to the other. Tendons are
 coloured by their tension along their length; one without tension is grey. Measured points in the file
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--height", metavar="PX", type=size, default=720, help="[pixels], default 720")
     moment = parser.add_mutually_exclusive_group()
     moment.add_argument(
-        "--row", metavar="N", type=arguments.whole_number(1, 10**9), help="row of a picture; 1: the first"
+        "--row", metavar="N", type=arguments.whole_number(1, 10**9), help="row of a picture, from 1"
     )
     moment.add_argument(
         "--time", metavar="S", type=arguments.number, help="time of a picture by the file's time_s [s]"
@@ -50,10 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--curves", action="store_true", help="the inputs' curves beside the video")
     parser.add_argument("--camera", choices=CAMERAS, default=CAMERAS[0], help="where to look from")
     parser.add_argument(
-        "--azimuth", metavar="DEG", type=arguments.number, help="of the looking direction; 90: along +y"
+        "--azimuth", metavar="DEG", type=arguments.number, help="of the looking direction; 90 is along +y"
     )
     parser.add_argument(
-        "--elevation", metavar="DEG", type=_elevation, help="of the looking direction; below 0: downwards"
+        "--elevation", metavar="DEG", type=_elevation, help="of the looking direction; below 0 is downwards"
     )
     parser.add_argument(
         "--zoom", metavar="K", type=arguments.positive, default=1.0, help="larger by this factor; default 1"

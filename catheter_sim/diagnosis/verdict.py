@@ -422,11 +422,11 @@ def verdict_of(
 ) -> str:
     """Return the verdict.
 
-    The corrections of a hypothesis that was chosen on the training trials hold where the error on the
-    held-out ones falls, in at least one unit, by more than chance and on other trials too (`gains_surely`),
-    and nothing gets worse. Then a cause is found if one of them is established; if none is, there is no
-    discrepancy where the calibrated model's residuals are near the noise, else the model is improved. Without
-    corrections that hold there is no discrepancy, or it is unexplained.
+    The corrections of a hypothesis that was chosen on the training trials hold under these conditions. The
+    error on the held-out ones falls, in at least one unit, by more than chance and on other trials too
+    (`gains_surely`) . Nothing gets worse. Then a cause is found if one of them is established; if none is,
+    there is no discrepancy where the calibrated model's residuals are near the noise, else the model is
+    improved. Without corrections that hold there is no discrepancy, or it is unexplained.
 
     `structured`: the calibrated model's residuals depend on something, whether or not neighbouring rows do:
     commands may come in any order.

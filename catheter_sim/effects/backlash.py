@@ -191,8 +191,8 @@ def _across_holes(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
 _PLAY = _Play(_names)
 EFFECT = Effect(
     name="backlash",
-    summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up; "
-    "of a soft one `soft_through` of the input goes on at once",
+    summary="dead-band between each actuator and its tendon. Whole widths, of all and of each, add up. "
+    "Of a soft one `soft_through` of the input goes on at once",
     trace="a loop of constant width in the input, and a standstill after each reversal",
     bench="Hold the tip still and turn each actuator gently to and fro. The dead-band is how far it "
     "goes before the tendon pulls. Look at knots, clamps, couplings and gears.",

@@ -2,7 +2,7 @@
 
 A zero that wanders: each channel's zero moves at a constant rate from the trial's own start (a slipping
 clamp, a warming sensor). Creep: under a held input the robot comes on by a share of it with a time
-constant, as a spring in series with a Kelvin-Voigt element; below zero it gives back (a tendon that
+constant, as a spring in series with a Kelvin-Voigt element. Below zero it gives back (a tendon that
 creeps). What the zero has wandered creeps too. A response that creeps: what is seen goes on in the same way
 (a sheath or a glue that gives way slowly), whatever its inputs do to it at once.
 """
@@ -228,8 +228,9 @@ def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
 _MEMORY = _Drift()
 EFFECT = Effect(
     name="drift",
-    summary="the inputs' zero wanders by zero + zero_<channel> a minute, or jumps by `shift`; inputs fade by "
-    "`fade`; or what arrives (`creep`) or is observed (`response_creep`) grows slowly under a held input",
+    summary="the inputs' zero wanders by zero + zero_<channel> a minute, or jumps by `shift`, or inputs "
+    "fade by `fade`. What arrives (`creep`) or is observed (`response_creep`) may grow slowly under a held "
+    "input",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
     bench="Hold one input for ten minutes, return to zero and wait as long. What keeps moving? Check "
     "temperature, slipping clamps and creeping polymers.",

@@ -136,8 +136,8 @@ class _Servo:
 _BEFORE, _BEHIND = Late("lag_s", "delay_s"), Late("output_lag_s", "output_delay_s")
 EFFECT = Effect(
     name="rate",
-    summary="inputs, or what is observed but for tensions, come late by a lag or a delay, all alike; a drive "
-    "has a top speed; or the material resists a rate of strain",
+    summary="inputs, or what is observed but for tensions, come late by a lag or a delay, all alike. Or a "
+    "drive has a top speed, or the material resists a rate of strain",
     trace="a loop whose width grows with the speed, and which closes where the input is held",
     bench="Step one input and record as fast as the tracker can. How long until the tip moves, and "
     "until it rests? Check that inputs and tracker share one clock.",

@@ -79,7 +79,7 @@ def bends_of(shapes: Shapes) -> Array:
 
 
 def rebent(shapes: Shapes, change: Callable[[Array], Array]) -> Shapes:
-    """Return shapes whose elements' turns are changed, stacked anew from the base.
+    """Return shapes whose elements' turns are changed, stacked again from the base.
 
     An element that turns by more carries its step, from face to face, half as far: it bends in its middle.
     `change`: from turns as of `bends_of`, shape (r, n, 3), to others.
@@ -242,7 +242,7 @@ class LabForm:
 
     @property
     def looks_only(self) -> bool:
-        """Whether the simulation needs not run anew for it."""
+        """Whether the simulation need not run again for it."""
         loads = (self.gravity, self.tip_force, self.tether, self.moments, self.body_force)
         others = (self.command, self.robot, *loads)
         return all(hook is None for hook in others)

@@ -403,8 +403,8 @@ _ROUNDING = 1e-9
 def counts_where_alone(bend_rad: Array, alone_rad: Array, step_rad: float, alone_step_rad: float) -> Array:
     """Return how many steps rows take, longer ones where the tendons of one end move all but alone.
 
-    `bend_rad`: by which the change of all inputs would bend a frictionless robot, (r,); `alone_rad`: the part
-    of the tendons of one end, those that do most, (r,); `step_rad` of a step, `alone_step_rad` of one where
+    `bend_rad`: by which the change of all inputs would bend a frictionless robot, (r,). `alone_rad`: the part
+    of the tendons of one end, those that do most, (r,). `step_rad` of a step, `alone_step_rad` of one where
     all else bends it by less than a tenth of `step_rad`.
     """
     beside = np.ceil((bend_rad - alone_rad) / (_BESIDE_SHARE * step_rad) - _ROUNDING)

@@ -126,9 +126,9 @@ def held(robot: CatheterRobot) -> HeldInFlow:
 def compensated_share(robot: CatheterRobot, share: float) -> float:
     """Return what compensation leaves of the tip's deflection at 90 deg, by statics without friction.
 
-    Gaps of stiffness g each, with the tendons' k a^2 on the sum of their angles: a force on the tip turns
-    them by its levers L, so that the deflection is L.L / g - c (sum L)^2 / (g (g + n c)), c = k a^2. Pulling
-    the tendon by a share of its stretch makes it as stiff as c / (1 - share).
+    Gaps of stiffness g each, with the tendons' k a^2 on the sum of their angles. A force on the tip turns
+    them by its levers L, so that the deflection is L.L / g - c (sum L)^2 / (g (g + n c)), c = k a^2.
+    Pulling the tendon by a share of its stretch makes it as stiff as c / (1 - share).
     """
     segment, angle = robot.segments[1], math.radians(HELD_DEG)
     lever = levers_m(robot, angle)

@@ -344,7 +344,7 @@ def tube_stiffness_N_m2() -> float:
     """Return the bending stiffness EI of the quadlumen tube [N m^2].
 
     0.12e-3: below the 0.18e-3 that Nayar 2023, Algorithm 2, leaves for everything in the proximal joint (its
-    tension's slope, 0.18 N/deg at 2.1 mm, over 8.52 mm), as it must be; 0.56e-3 is what the two figures
+    tension's slope, 0.18 N/deg at 2.1 mm, over 8.52 mm), as it must be. 0.56e-3 is what the two figures
     behind `mitral_transseptal@tube` ask for.
     """
     lumen = math.pi / 64.0 * LUMEN_DIAMETER_M**4 + math.pi / 4.0 * (LUMEN_DIAMETER_M * LUMEN_OFFSET_M) ** 2

@@ -1,21 +1,22 @@
 """The static model CC: every segment bends in one arc of constant curvature.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Sections 3.2.1 and 5.2.2): a segment's curvature
-follows from the moment of its tendons, each running parallel to the backbone at its distance, so
-that a bend b shortens its path by arm . b. Where holes turn about the backbone, the moment turns with them:
-the curvature is constant in a frame that turns along, and the segment is a helix (exact without load and
-with the rest curvature's mean in that frame). Here the same two unknowns per segment also carry
-tendons driven by displacement that stretch and go slack, pretension, a mount that gives way,
-a cubic and quintic elastic law, rest curvature and twist, dry friction with history, and the
-generalised force of weight and tip load (virtual work on arcs: exact for the shape assumed; a
-loaded backbone is no arc, so that loads are where this model errs).
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Sections 3.2.1 and 5.2.2): a segment's curvature follows
+from the moment of its tendons. Each runs parallel to the backbone at its distance, so that a bend b
+shortens its path by arm . b. Where holes turn about the backbone, the moment turns with them. The
+curvature is constant in a frame that turns along, and the segment is a helix (exact without load and with
+the rest curvature's mean in that frame). Here the same two unknowns per segment also carry tendons driven
+by displacement that stretch and go slack, pretension, a mount that gives way. They carry a cubic and
+quintic elastic law, rest curvature and twist, dry friction with history. They carry the generalised force
+of weight and tip load, by virtual work on arcs. That is exact for the shape assumed. A loaded backbone is
+no arc, so that loads are where this model errs.
 
 `straight_between_disks` adds what a tendon that runs straight from disk to disk gains over one held
-everywhere: over a subsegment of length h bent by t the chord is shorter by h t^2 / 24 for an arc
-and, for a chain of K hinges per subsegment at the middles of equal links, by h t^2 / 24 (1 + 2 / K^2), to
-second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated chain.
-Where a segment says where its hinges stand (`hinge_share`), the path is that of a chain exactly, and its arc
-begins by so much farther up as its hinges stand above the middles, and the disks as much farther down.
+everywhere. Over a subsegment of length h bent by t the chord is shorter by h t^2 / 24 for an arc. It is
+shorter, for a chain of K hinges per subsegment at the middles of equal links, by h t^2 / 24 (1 + 2 / K^2),
+to second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated
+chain. Where a segment says where its hinges stand (`hinge_share`), the path is that of a chain exactly.
+Its arc begins by so much farther up as its hinges stand above the middles, and the disks as much farther
+down.
 """
 
 from __future__ import annotations

@@ -141,7 +141,7 @@ def pieces(robot: ContinuumRobot) -> list[Piece]:
     """Return what lies below the first hinge (the first piece), and what each link carries.
 
     With masses "along" the robot a piece reaches from its own hinge to the next one, so that all together
-    have the mass, the centre and the second moments of the unbent robot; with "faces" each link carries the
+    have the mass, the centre and the second moments of the unbent robot. With "faces" each link carries the
     mass of the length that its hinge stands for, in the middle of its distal face, and nothing is below.
     """
     row = links(robot)

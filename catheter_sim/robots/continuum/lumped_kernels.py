@@ -113,7 +113,7 @@ class Unbalanced(NamedTuple):
         r: unbalanced moment, shape (n, d) [N m].
         D: the diagonal of U, shape (n, d, d).
         parts: axes and axes x points by balance, force and moment by unknown, shape (4, n, d, 3).
-        loads, swing: force of the loads on disks k and beyond, shape (n + 2, 3), and G with a turn w of
+        loads, swing: force of the loads on disks k and beyond, shape (n + 2, 3). G with a turn w of
             these loads adding -G w to their moment about the origin, shape (n + 2, 3, 3).
         B, C: the effect of turning the loads against the tip, and the tip's turn by the unknowns, (n, d, 3).
     """
@@ -813,7 +813,7 @@ def solve_rows(
     """Solve r rows.
 
     Where Newton's method fails at the full load, the load is raised from zero in steps that halve
-    where it fails and double where it does not; no row reads another, so that their order is nothing.
+    where it fails and double where it does not. No row reads another, so that their order is nothing.
 
     Args:
         first_share: of the load, with which to begin, shape (r,); below 1: begin at the straight robot.

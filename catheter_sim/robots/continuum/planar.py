@@ -116,7 +116,7 @@ def hinge_moments(hinges: Array, faces: Array, force: Array) -> Array:
 def hinge_moment_slopes(hinges: Array, faces: Array, force: Array) -> Array:
     """Return how `hinge_moments` changes with the bend angles, shape (n, n) [N m/rad].
 
-    Turning hinge m swings everything beyond it; the moment at hinge k sees the part beyond both, so
+    Turning hinge m swings everything beyond it. The moment at hinge k sees the part beyond both, so
     that entry (k, m) depends on the outer one of the two alone, and the matrix is symmetric.
     """
     fx, fz = force[:, 0], force[:, 2]
@@ -327,8 +327,8 @@ def step_counts(
     """Return in how many steps to go from row to row, from zero inputs to the first, shape (r,).
 
     A step's change of inputs bends a frictionless robot by no more than `step_bend_rad`, or by no more than
-    `alone_bend_rad`, where that is given, if all but the tendons of one end bend it by less than a tenth of
-    `step_bend_rad`.
+    `alone_bend_rad`, where that is given. The latter holds if all but the tendons of one end bend it by
+    less than a tenth of `step_bend_rad`.
     """
 
     def changes(values: Array) -> Array:

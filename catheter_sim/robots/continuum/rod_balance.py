@@ -118,7 +118,7 @@ def left_over(
 ) -> None:
     """Set the residual at the disks, (n, 6), and their orientations; with `derive` the derivatives, too.
 
-    The sections' ends are as `sections` left them; their `here` and `low_slope` become the residual's
+    The sections' ends are as `sections` left them. Their `here` and `low_slope` become the residual's
     derivatives by the wrench of the section below and above, and `load`, shape (n, 6, 3), is that by the
     disk's turn. `R_w`: orientations of disks 0 to n.
     """
@@ -643,7 +643,7 @@ def follow(
 ) -> None:  # fmt: skip
     """Find the equilibria of r rows of loads; arguments as of `_advance` with rows in front.
 
-    A row is reached from the one before where that is near, else from rest; then, if that way ends, from
+    A row is reached from the one before where that is near, else from rest. Then, if that way ends, from
     the row before at any distance, and from rest with the tensions or the other loads first.
 
     Args:

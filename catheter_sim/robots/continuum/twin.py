@@ -6,7 +6,7 @@ others go through arcs of constant curvature, all at once (`robots.continuum.arc
 straight between disks, as in the simulation. Where a load acts or tendons rub, a segment's curvature varies
 along it: then it is several arcs (`arcs_of`). A single one errs by half of what a force on the tip does to a
 robot whose tendons are held; the error falls as the square of their number. Robots of three segments or more
-keep single arcs, since every row costs so much more: of the example of a trunk that hangs in its own weight
+keep single arcs, since every row costs so much more. Of the example of a trunk that hangs in its own weight
 they err by 3.6 mm, two of each segment would by 0.7 mm in four times the time.
 """
 
