@@ -7,7 +7,8 @@ A folder stands for every .html file below it but its 404.html, which only a ser
 width it says: what is wider than the page and does not scroll by itself, words that look like keys
 (snake_case outside code, but the package's name), what failed to load, what the page's scripts complain of.
 -o DIR gets a picture of each. The exit status is 1 where there is anything to say. --beside gets one
-picture of a report instead: light on a desk, dark on a telephone, the robot turned by hand.
+picture of a report instead: light on a desk, dark on a telephone, the robot turned by hand. With --after
+PICTURE.png it shows that picture, and after it the top of the report on a desk.
 
 Needs Playwright for Python (`pip install playwright`) and Chromium, its own or the system's.
 """
@@ -27,6 +28,8 @@ WIDTHS = (1400, 390)  # a desk's and a telephone's, in CSS pixels
 HEIGHT = 900
 BESIDE = ((920, "light"), (390, "dark"))  # widths and schemes of `--beside`
 BESIDE_HEIGHT, BETWEEN = 1500, 40  # of that picture, and of the gap in it [px]
+AFTER = ((940, "light"),)  # the same of `--after`
+AFTER_SHARE = 0.75  # of its size, so that more of the report is beside the picture
 GAP = (221, 226, 230)  # its colour
 TALLEST = 16000  # of a picture: a browser draws no larger one
 # What sticks out to the right of the page although nothing around it scrolls or cuts it off.
@@ -85,6 +88,9 @@ def main() -> int:
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("-o", "--output", metavar="DIR", help="folder for the pictures")
     where.add_argument("--beside", metavar="OUT.png", help="one picture of one report, at both widths")
+    parser.add_argument(
+        "--after", metavar="PICTURE.png", help="with --beside: the report's top after a picture"
+    )
     options = parser.parse_args()
     try:
         from playwright.sync_api import sync_playwright
@@ -100,7 +106,7 @@ def main() -> int:
             executable_path=shutil.which("chromium") or shutil.which("google-chrome"), args=["--no-sandbox"]
         )
         if options.beside is not None:
-            _draw_beside(browser, pages[0], Path(options.beside))
+            _draw_beside(browser, pages[0], Path(options.beside), options.after)
             browser.close()
             return 0
         for path in pages:
@@ -130,11 +136,12 @@ def _looked_at(browser, path: Path, width: int, folder: Path) -> list[str]:
     return words
 
 
-def _draw_beside(browser, path: Path, out: Path) -> None:
-    """Write a picture of a report's top at the widths of `BESIDE`, the robot turned by the mouse."""
-    parts: list[np.ndarray] = []
-    for width, scheme in BESIDE:
-        size = {"width": width, "height": BESIDE_HEIGHT}
+def _draw_beside(browser, path: Path, out: Path, after: str | None) -> None:
+    """Write a picture of a report's top, the robot turned by the mouse: at two widths, or after a picture."""
+    parts = [] if after is None else [np.asarray(Image.open(after).convert("RGB"))]
+    height = len(parts[0]) if parts else BESIDE_HEIGHT
+    for width, scheme in AFTER if parts else BESIDE:
+        size = {"width": width, "height": round(height / AFTER_SHARE) if after else height}
         page = browser.new_page(viewport=size, color_scheme=scheme)
         page.goto(path.as_uri(), wait_until="load")
         box = page.locator("#space-canvas").bounding_box()
@@ -144,8 +151,9 @@ def _draw_beside(browser, path: Path, out: Path) -> None:
         page.mouse.move(x + 60, y + 25, steps=4)
         page.mouse.up()
         page.mouse.move(5, 5)
-        image = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
-        gap = np.full((BESIDE_HEIGHT, BETWEEN, 3), GAP, np.uint8)
+        shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+        image = np.asarray(shot.resize((round(width * AFTER_SHARE), height)) if after else shot)
+        gap = np.full((height, BETWEEN, 3), GAP, np.uint8)
         parts += [gap, image] if parts else [image]
         page.close()
     picture = Image.fromarray(np.hstack(parts)).quantize(128, dither=Image.Dither.NONE)

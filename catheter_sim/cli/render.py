@@ -122,7 +122,7 @@ def run(options: argparse.Namespace) -> int:
             measured=measured,
         )
     if left_out:
-        print(f"no room beside the robot for: {', '.join(left_out)}; give a larger picture")
+        print(f"no room beside the robot for {', '.join(left_out)}; give a larger picture")
     if measured is not None:
         print(measured.words())
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")

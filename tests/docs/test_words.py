@@ -13,7 +13,6 @@ words = script_module("words")
 ROOT = Path(__file__).resolve().parents[2]
 # Pages that are not within the rules yet: a list that only shrinks. A new page is held to them.
 _NOT_YET = {
-    "docs/guides": ["look"],
     "docs/reference": [
         "thresholds",
     ],
