@@ -33,7 +33,6 @@ from catheter_sim.validation.mitral import (
     validate_cycles,
     validate_elongation,
     validate_joints,
-    validate_motion,
     validate_sizing,
     validate_transseptal,
 )
@@ -44,6 +43,7 @@ from catheter_sim.validation.mitral_control import (
     validate_procedure,
     validate_whole,
 )
+from catheter_sim.validation.mitral_tables import validate_motion
 from catheter_sim.validation.neuroendoscope import (
     validate_figures,
     validate_full,
