@@ -12,8 +12,7 @@ from scipy.optimize import least_squares
 from catheter_sim.arrays import Array
 from catheter_sim.core.robot import Friction, with_segments
 from catheter_sim.errors import InputError
-from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
-from catheter_sim.robots.continuum.kato import fkm, pcca
+from catheter_sim.robots.continuum.kato import fkm, fkm_stick_by_rows, pcca
 from catheter_sim.robots.continuum.published import neuroendoscope_section
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.validation.lines import FITTED, NO_GRAVITY, Line, Validation, given, tips_mm
@@ -21,10 +20,11 @@ from catheter_sim.validation.lines import FITTED, NO_GRAVITY, Line, Validation, 
 # ----------------------------------------------------------------------------------------------------
 # Kato et al. 2016 (doi 10.1007/s11548-015-1310-2) found that its mapping bends too far at low and too little
 # at high tension, in arching and extending alike, and expected the backbone's soft spring to be the cause. No
-# stress-strain curve is printed, but eleven distances between the measured tip and two models are. A robot
-# with exact moment arms stands for the measured one; three numbers are free (its friction, its stiffness, the
-# friction that the authors put into their mapping), and with a softening backbone a fourth: the cubic
-# term of its elastic law. Where extending started is not printed: from 0.65 N, the largest tension named.
+# stress-strain curve is printed, but eleven distances between the measured tip and two models are. The
+# mapping with cells that may stick stands for the measured robot; three numbers are free (its friction, its
+# stiffness, the friction that the authors put into their mapping), and with a softening backbone a fourth:
+# the cubic term of its elastic law. Where extending started is not printed: from 0.65 N, the largest
+# tension named.
 #
 # Both are fitted to all eleven figures, and to all but one, which is then predicted.
 
@@ -144,19 +144,24 @@ def _tips(
     """Return the tips of the robot, the mapping and constant curvature, shape (r, 3) each [mm]."""
     inputs = given(rows_N(layout))
     runs = {
-        "measured": fkm_exact_arm(measured, inputs, NO_GRAVITY),
+        "measured": fkm_stick_by_rows(measured, inputs, NO_GRAVITY),
         "mapped": fkm(mapped, inputs, NO_GRAVITY),
         "even": pcca(even, inputs, NO_GRAVITY),
     }
     return {name: tips_mm(run.postures) for name, run in runs.items()}
 
 
-def fit_distances(names: Sequence[str], kept: Sequence[int] | None = None) -> DistanceFit:
-    """Return the best fit of free numbers to the printed distances, from two starts.
+def fit_distances(
+    names: Sequence[str],
+    kept: Sequence[int] | None = None,
+    starts: Sequence[Sequence[float]] = _STARTS,
+) -> DistanceFit:
+    """Return the best fit of free numbers to the printed distances.
 
     Args:
         names: of `RANGES`, free.
         kept: positions in `PRINTED` that are fitted to; default: all.
+        starts: values to start from, in the order of `RANGES`.
     """
     printed = np.array([item.mm for item in PRINTED])
     rows = np.arange(len(PRINTED)) if kept is None else np.array(kept)
@@ -173,7 +178,7 @@ def fit_distances(names: Sequence[str], kept: Sequence[int] | None = None) -> Di
             least_squares(
                 residual, start[: len(names)], bounds=(low, high), x_scale=high - low, diff_step=1e-4
             )
-            for start in _STARTS
+            for start in starts
         ),
         key=lambda item: float(item.cost),
     )
@@ -182,11 +187,15 @@ def fit_distances(names: Sequence[str], kept: Sequence[int] | None = None) -> Di
     return DistanceFit(values, ours, float(np.sqrt(((ours - printed)[rows] ** 2).mean())))
 
 
-def left_out_rms_mm(names: Sequence[str]) -> float:
-    """Return the RMS over the printed distances, each predicted by a fit to the ten others [mm]."""
+def left_out_rms_mm(names: Sequence[str], whole: DistanceFit) -> float:
+    """Return the RMS over the printed distances, each predicted by a fit to the ten others [mm].
+
+    Each fit starts from `whole`'s values.
+    """
     errors = []
     for out, item in enumerate(PRINTED):
-        found = fit_distances(names, [k for k in range(len(PRINTED)) if k != out])
+        kept = [k for k in range(len(PRINTED)) if k != out]
+        found = fit_distances(names, kept, [tuple(whole.values.values())])
         errors.append(float(found.ours_mm[out]) - item.mm)
     return float(np.sqrt(np.mean(np.square(errors))))
 
@@ -194,7 +203,7 @@ def left_out_rms_mm(names: Sequence[str]) -> float:
 def validate_softening(folder: Path) -> Validation:
     """Fit the eleven distances with and without a softening backbone; nothing is written."""
     fits = {"linear": fit_distances(LINEAR), "softening": fit_distances(SOFTENING)}
-    left = {"linear": left_out_rms_mm(LINEAR), "softening": left_out_rms_mm(SOFTENING)}
+    left = {name: left_out_rms_mm(tuple(found.values), found) for name, found in fits.items()}
     source = "Kato 2016, Results and Discussion: eleven distances; extending from 0.65 N, assumed"
     lines = []
     for name, found in fits.items():

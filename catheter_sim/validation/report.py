@@ -50,6 +50,7 @@ from catheter_sim.validation.neuroendoscope import (
     validate_printed_full,
     validate_section,
 )
+from catheter_sim.validation.neuroendoscope_softening import validate_softening
 from catheter_sim.validation.render import (
     validate_render,
     validate_render_4dof,
@@ -188,7 +189,7 @@ def _shown(line: Line) -> dict[str, str]:
 Check = Callable[[Path], Validation]
 
 CHECKS: Mapping[str, tuple[Check, ...]] = {
-    "neuroendoscope_section": (validate_section, validate_figures, validate_render),
+    "neuroendoscope_section": (validate_section, validate_figures, validate_softening, validate_render),
     "neuroendoscope": (validate_full, validate_printed_full),
     "spacer_disk": (
         validate_spacer_disk,
