@@ -319,6 +319,8 @@ def write_tables(rows: list[TableRow], path: Path) -> None:
                     for values in (row.printed_mm, row.chosen_mm, row.fitted_mm)
                 ]
                 kind = "" if row.printed_mm is None else row.kind
+                if kind == FITTED and k != FITTED_TO[2]:
+                    kind = PREDICTED
                 where = [row.set_name, row.path, f"{row.advance_mm:g}", row.model, column]
                 table.writerow([*where, *figures, kind])
 
