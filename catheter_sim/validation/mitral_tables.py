@@ -120,7 +120,7 @@ def straight(model: str) -> str:
 
 
 @dataclass(frozen=True)
-class Bench:
+class TipModels:
     """A robot on one path, and its models.
 
     Attributes:
@@ -146,7 +146,7 @@ def trajectory(robot: CatheterRobot, advance_mm: float, amplitude: float = 1.0) 
 
 
 def motion(
-    bench: Bench, advance_mm: float, amplitude: float = 1.0, simulated: bool = False
+    bench: TipModels, advance_mm: float, amplitude: float = 1.0, simulated: bool = False
 ) -> ValidatedMotion:
     """Return the chosen motion at an advance by the statics, or simulated, and by every model."""
     inputs = trajectory(bench.robot, advance_mm, amplitude)
@@ -223,7 +223,7 @@ class SetTables:
     amplitude: float | None
 
 
-def benches(set_name: str) -> dict[str, Bench]:
+def benches(set_name: str) -> dict[str, TipModels]:
     """Return a set's robot along both paths, with its models, by path."""
     robot = SETS[set_name]()
     along = {"straight": robot, "tortuous": tortuous(robot)}
@@ -232,12 +232,12 @@ def benches(set_name: str) -> dict[str, Bench]:
         for path, item in along.items()
     }
     return {
-        "straight": Bench(robot, models["straight"]),
-        "tortuous": Bench(along["tortuous"], models["tortuous"], models["straight"]),
+        "straight": TipModels(robot, models["straight"]),
+        "tortuous": TipModels(along["tortuous"], models["tortuous"], models["straight"]),
     }
 
 
-def fitted_amplitude(bench: Bench, printed_mm: float) -> float | None:
+def fitted_amplitude(bench: TipModels, printed_mm: float) -> float | None:
     """Return the amplitude at which PK's error in space at no advance is the printed one, None if none."""
 
     def excess(log_amplitude: float) -> float:
@@ -250,7 +250,7 @@ def fitted_amplitude(bench: Bench, printed_mm: float) -> float | None:
     return float(np.exp(brentq(excess, low, high, xtol=1e-4)))
 
 
-def set_tables(set_name: str, path: str, bench: Bench) -> SetTables:
+def set_tables(set_name: str, path: str, bench: TipModels) -> SetTables:
     """Return a set's rows of the table of a path: those that are printed, and MK and hybrid besides."""
     table = TABLES[path][1]
     amplitude = fitted_amplitude(bench, table[FITTED_TO[0]][FITTED_TO[1]][FITTED_TO[2]])
@@ -372,7 +372,7 @@ def displacement_at_mm(robot: CatheterRobot, bend_deg: float) -> float:
     return float(np.interp(bend_deg, angle, rows[:, 0] * 1e3))
 
 
-def _larger_input_line(along: Mapping[str, Bench]) -> Line:
+def _larger_input_line(along: Mapping[str, TipModels]) -> Line:
     """Return how much more displacement the tortuous path asks for, to the bend of the procedure."""
     ours = [displacement_at_mm(bench.robot, PROCEDURE_DEG) for bench in along.values()]
     ratio = ours[1] / ours[0]

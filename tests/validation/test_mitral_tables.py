@@ -27,7 +27,7 @@ def straight() -> dict[str, mitral_tables.SetTables]:
         loops = {
             joint: mitral_tables.loops_of(robot, joint, by_statics=True) for joint in mitral_tables.JOINTS
         }
-        bench = mitral_tables.Bench(robot, mitral_tables.calibrated(robot, loops))
+        bench = mitral_tables.TipModels(robot, mitral_tables.calibrated(robot, loops))
         found[name] = mitral_tables.set_tables(name, "straight", bench)
     return found
 
