@@ -58,7 +58,7 @@ from catheter_sim.procedure.plan import Plan, ProcedureStep, plan, steps
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
-from catheter_sim.validation.mitral import tortuous
+from catheter_sim.validation.mitral_tables import tortuous
 
 TRANSSEPTAL_ROBOTS = ("mitral_transseptal", "mitral_transseptal@tube")
 NEEDED = 0.95  # share of anatomies

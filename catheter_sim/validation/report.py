@@ -33,7 +33,6 @@ from catheter_sim.validation.mitral import (
     validate_cycles,
     validate_elongation,
     validate_joints,
-    validate_motion,
     validate_sizing,
     validate_transseptal,
 )
@@ -44,12 +43,14 @@ from catheter_sim.validation.mitral_control import (
     validate_procedure,
     validate_whole,
 )
+from catheter_sim.validation.mitral_tables import validate_motion
 from catheter_sim.validation.neuroendoscope import (
     validate_figures,
     validate_full,
     validate_printed_full,
     validate_section,
 )
+from catheter_sim.validation.neuroendoscope_softening import validate_softening
 from catheter_sim.validation.render import (
     validate_render_4dof,
     validate_render_chest_tube,
@@ -192,7 +193,12 @@ def _shown(line: Line) -> dict[str, str]:
 Check = Callable[[Path], Validation]
 
 CHECKS: Mapping[str, tuple[Check, ...]] = {
-    "neuroendoscope_section": (validate_section, validate_figures, validate_render_neuroendoscope_section),
+    "neuroendoscope_section": (
+        validate_section,
+        validate_figures,
+        validate_softening,
+        validate_render_neuroendoscope_section,
+    ),
     "neuroendoscope": (validate_full, validate_printed_full, validate_render_neuroendoscope),
     "spacer_disk": (
         validate_spacer_disk,

@@ -80,6 +80,9 @@ def pieces(robot: CatheterRobot) -> list[VisualPiece]:
 # Both mitral papers open it with a tendon that is pulled by hand and print neither its shape nor how it
 # moves. Assumed, as in clips for edge-to-edge repair: a post on a foot, two arms hinged at the post's far
 # end that open backward, so that leaflets come to lie between arms and post; sizes, angle and stiffness.
+# Its length is printed: 13 mm (Nayar 2022, Section I). The rigid end is 20 mm, of which the two modules of
+# the torsion joint are 6 and 4.5 mm (abstract, Table I): 9.5 mm of the implant stand free, and 3.5 mm of it
+# must lie inside the holder, where they are not drawn.
 #
 # In the model, where the last segment is a torsion joint: bodies and hinges `implant_pos` and `implant_neg`
 # (toward the tool's +x and -x), the site `implant` in the middle of the clip, and the actuator `implant`,
@@ -88,12 +91,12 @@ def pieces(robot: CatheterRobot) -> list[VisualPiece]:
 
 ACTUATOR = "implant"
 ARMS = {"implant_pos": 1.0, "implant_neg": -1.0}  # bodies and hinges, and the side of the post
-IMPLANT_M = 9.5e-3  # free length; assumed
+IMPLANT_LENGTH_M = 13e-3  # Nayar 2022, Section I
+IMPLANT_M = 9.5e-3  # free length: 20 mm less 6 and 4.5 mm (Nayar 2022, abstract and Table I)
 OPEN_RAD = math.radians(60.0)  # of each arm from the post; assumed, of clips that open to 120 deg
 SERVO_N_M_PER_RAD = 2e-2  # assumed: half a newton at an arm's end that a leaflet keeps 10 deg open
 COUPLING_N_M_PER_RAD = 5.0 * SERVO_N_M_PER_RAD  # between the arms; assumed
 COLOUR: Colour = (0.90, 0.70, 0.32, 1.0)
-_HOLDER_M = 5.5e-3  # most of a holder's solid part; assumed
 _WIDTH = 0.62  # half width of the arms along y, over the outer radius
 _POST = 0.10  # half thickness of the post, over the outer radius
 _HINGE = (0.13, 0.95)  # x over the outer radius, z over the implant's length
@@ -108,8 +111,12 @@ def has_implant(robot: CatheterRobot) -> bool:
 
 
 def holder_length_m(robot: CatheterRobot) -> float:
-    """Return how much of the last module is solid, below the implant's foot [m]."""
-    return min(robot.segments[-1].length_m, _HOLDER_M)
+    """Return how much of the last module is solid, below the implant's foot [m].
+
+    A module that is longer than the free implant ends where the implant does.
+    """
+    length = robot.segments[-1].length_m
+    return length - IMPLANT_M if length > IMPLANT_M else length
 
 
 def hinge_place_m(robot: CatheterRobot, side: float) -> tuple[float, float, float]:
