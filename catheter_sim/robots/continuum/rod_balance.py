@@ -30,7 +30,9 @@ from catheter_sim.robots.continuum.rod_sections import (
     CONTINUOUS,
     LENGTH,
     LUMENS,
+    MOMENT,
     TENDONS,
+    TIP_FORCE,
     SectionEnds,
     add_path_forces,
     path_direction,
@@ -45,7 +47,7 @@ class TendonRod(NamedTuple):
     """A rod of n sections and t tendons as the loops take it.
 
     Attributes:
-        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
+        path: CONTINUOUS, PROJECTED, EYELETS, LUMENS, MOMENT or TIP_FORCE.
         rough, fine: sections' data with few and many integration steps, shape (n, 8); the first serves on the
             way and for the derivatives.
         hole: shape (t, 2) [m].
@@ -142,6 +144,13 @@ def left_over(
         if j + 1 < n:
             for i in range(6):
                 residual[j, i] += wrench[j + 1, i] + low[j + 1, i]
+        if path in (MOMENT, TIP_FORCE):
+            for k in range(tendons):
+                if j + 1 == n or all_zero(span[k, j + 1]):
+                    residual[j, 0] -= span[k, j] * hole[k, 1]
+                    residual[j, 1] += span[k, j] * hole[k, 0]
+                    if path == TIP_FORCE:
+                        residual[j, 5] -= span[k, j]
         if derive:
             for half in (0, 3):
                 load[j, half, 0] = load[j, half + 1, 1] = load[j, half + 2, 2] = 0.0
@@ -535,6 +544,8 @@ def unbent_wrenches(
             slope[j, 0] += y * fz
             slope[j, 1] -= x * fz
             slope[j, 2] += x * fy - y * fx
+            if path == MOMENT:
+                continue
             slope[j, 3] += fx
             slope[j, 4] += fy
             slope[j, 5] += fz

@@ -28,6 +28,8 @@ from catheter_sim.mechanics.vectors import dot3, fill, turned, turned_back
 # Columns of `rod`, the sections' data: six compliances, then the length and the number of steps.
 LENGTH, STEPS = 6, 7
 CONTINUOUS, PROJECTED, EYELETS, LUMENS = range(4)  # tendon paths
+# Tendons that act at their ends alone, by a moment, or by their pull along the backbone's axis.
+MOMENT, TIP_FORCE = 4, 5
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -613,7 +615,7 @@ def sections(
                     w[(TENDONS + 3 * k + 2) * LANES + i] = span[k, j] - both
         integrate(side_by_side, hole, steps, along, columns)
         set_body_wrenches(side_by_side, columns)
-        if not along:
+        if path in (PROJECTED, EYELETS):
             add_span_pulls(side_by_side, hole, columns)
         for i in range(min(LANES, n - first)):
             j = first + i
@@ -677,7 +679,7 @@ def sections_of_eights(
                 v[TENDONS + 3 * k + 2] = span[k, j] - both
         integrate(v, hole, steps, along, columns)
         set_body_wrenches(v, columns)
-        if not along:
+        if path in (PROJECTED, EYELETS):
             add_span_pulls(v, hole, columns)
         for q in range(3):
             shift[j, q] = v[TRIAL + 4 + q]

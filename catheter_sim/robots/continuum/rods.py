@@ -1,4 +1,4 @@
-"""Cosserat rods with tendons: the static models VC, VC_ref and VC_ref_noproj."""
+"""Cosserat rods with tendons: the static models VC, VC_moment, VC_tip_force, VC_ref and VC_ref_noproj."""
 
 from __future__ import annotations
 
@@ -549,9 +549,11 @@ PATHS = {
     "projected": rod_sections.PROJECTED,
     "eyelets": rod_sections.EYELETS,
     "lumens": rod_sections.LUMENS,
+    "moment": rod_sections.MOMENT,
+    "tip_force": rod_sections.TIP_FORCE,
 }
 # Steps of the integration along the whole robot: the tip is then within 2e-7 of the length.
-STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40}
+STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40, "moment": 80, "tip_force": 80}
 _ROUGHER = 4  # steps of the balance, over those of its derivative
 
 
@@ -598,8 +600,9 @@ def equilibria(
     Args:
         rod: the robot.
         loads: tensions, forces and moments, r rows.
-        path: "continuous" (VC), "projected" (VC_ref), "eyelets" (VC_ref_noproj), or "lumens": as
-            "continuous" with the forces of passing tendons where another one ends, which VC leaves out.
+        path: "continuous" (VC), "projected" (VC_ref), "eyelets" (VC_ref_noproj), "moment" (VC_moment),
+            "tip_force" (VC_tip_force), or "lumens": as "continuous" with the forces of passing tendons
+            where another one ends, which VC leaves out.
         steps: of the integration along the whole robot, at least; 0: as in `STEPS`.
         longest_step: share of the load that one step of a way may take.
         threads: among which the rows are shared out.
@@ -656,8 +659,10 @@ def path_lengths(found: Equilibria) -> Array:
     if found.path in ("projected", "eyelets"):
         return straight_lengths(found, rod)
     length = np.zeros(found.load.tension_N.shape)
+    # Where tendons act at their ends alone, the wrench is the backbone's: none of it is theirs.
+    along = found.span_tension * (found.path in ("continuous", "lumens"))
     measure_paths(
-        sections(rod, 1), np.ascontiguousarray(rod.hole_m), rod.last_disk, found.span_tension, found.wrench,
+        sections(rod, 1), np.ascontiguousarray(rod.hole_m), rod.last_disk, along, found.wrench,
         found.p_w, found.R_w, length,
     )  # fmt: skip
     return length
@@ -726,6 +731,25 @@ def vc(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         InputError: the robot or the inputs are not for this model, or a row has no equilibrium.
     """
     return static_run("VC", "continuous", robot, inputs, gravity_mps2)
+
+
+# ----------------------------------------------------------------------------------------------------
+# The static models VC_moment and VC_tip_force: a Cosserat rod that tendons load at their ends alone.
+#
+# Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Section 5.1.1, Eqs 24-25). The force is along the last
+# disk's normal, toward the base; what the tendons do on their way is left out. Of an arc the moment alone is
+# right (Camarillo 2008b); force and moment together miss what holds the tendon to the backbone, and bend too
+# little.
+
+
+def vc_moment(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures of `robot` whose tendons are moments at their ends (Eq. 25); see `vc`."""
+    return static_run("VC_moment", "moment", robot, inputs, gravity_mps2)
+
+
+def vc_tip_force(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures of `robot` whose tendons are forces at their ends (Eqs 24-25); see `vc`."""
+    return static_run("VC_tip_force", "tip_force", robot, inputs, gravity_mps2)
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -6,9 +6,16 @@ from catheter_sim.core.statics import StaticModel, unless
 from catheter_sim.robots.continuum.constant_curvature import constant_curvature
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
 from catheter_sim.robots.continuum.kato import fkm, fkm_stick, pcca
-from catheter_sim.robots.continuum.lumped import cc_sub, prb, prb_middle
+from catheter_sim.robots.continuum.lumped import cc_sub, prb, prb_middle, prb_no_twist, prb_one
 from catheter_sim.robots.continuum.planar import bends_in_plane
-from catheter_sim.robots.continuum.rods import unsupported, vc, vc_ref, vc_ref_noproj
+from catheter_sim.robots.continuum.rods import (
+    unsupported,
+    vc,
+    vc_moment,
+    vc_ref,
+    vc_ref_noproj,
+    vc_tip_force,
+)
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 _PLANAR = unless(bends_in_plane, "bending out of the xz plane, several hinges a cell or off its middle")
@@ -67,9 +74,33 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         unsupported,
     ),
     StaticModel(
+        "PRB_no_twist",
+        "PRB without torsion (Rao 2021, Eqs 12, 48-53): near PRB in a plane, off under loads across it",
+        prb_no_twist,
+        unsupported,
+    ),
+    StaticModel(
+        "PRB_one",
+        "one spring joint per subsegment, in its middle (Rao 2021, Section 3.2.2), twist, friction",
+        prb_one,
+        unsupported,
+    ),
+    StaticModel(
         "VC",
         "Cosserat rod, tendons held to its shape everywhere (Rao 2021, Eqs 24-41), friction, weight",
         vc,
+        unsupported,
+    ),
+    StaticModel(
+        "VC_moment",
+        "Cosserat rod, tendons as moments at their ends (Rao 2021, Eq. 25): an arc where nothing else acts",
+        vc_moment,
+        unsupported,
+    ),
+    StaticModel(
+        "VC_tip_force",
+        "Cosserat rod, tendons as forces at their ends (Rao 2021, Eqs 24-25): bends too little",
+        vc_tip_force,
         unsupported,
     ),
     StaticModel(
