@@ -7,6 +7,7 @@ from catheter_sim.robots.continuum.constant_curvature import constant_curvature
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
 from catheter_sim.robots.continuum.kato import fkm, fkm_stick, pcca
 from catheter_sim.robots.continuum.lumped import cc_sub, prb, prb_middle, prb_no_twist, prb_one
+from catheter_sim.robots.continuum.modal import haar, lacks, polynomial, taylor
 from catheter_sim.robots.continuum.planar import bends_in_plane
 from catheter_sim.robots.continuum.rods import (
     unsupported,
@@ -84,6 +85,24 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         "one spring joint per subsegment, in its middle (Rao 2021, Section 3.2.2), twist, friction",
         prb_one,
         unsupported,
+    ),
+    StaticModel(
+        "polynomial",
+        "curvature of degree 2 along each segment, twist, by energy (Rao 2021, Section 3.2.3)",
+        polynomial,
+        lacks,
+    ),
+    StaticModel(
+        "haar",
+        "curvature by Haar's wavelets, constant on quarters of a segment, twist, by energy (Rao 2021, 3.2.3)",
+        haar,
+        lacks,
+    ),
+    StaticModel(
+        "taylor",
+        "one arc per segment, its pose a Taylor series in the bend, by energy (Rao 2021, Section 3.2.3)",
+        taylor,
+        lacks,
     ),
     StaticModel(
         "VC",
