@@ -488,7 +488,7 @@ def _balanced(
         kept = (found.reached == 1.0).reshape(-1, tendons + 1).all(axis=1)
         new = np.zeros((len(left), tendons))
         for row in np.flatnonzero(kept):
-            new[row] = _taut(slope[row], constant[row])
+            new[row] = taut(slope[row], constant[row])
         change = (np.abs(new - tension[left]) / typical).max(axis=1)
         kept &= change < _FARTHEST
         tension[left[kept]] = new[kept]
@@ -506,7 +506,7 @@ def _bending_tensions(rod: RodProblem) -> Array:
     return np.asarray(1.0 / (radius * compliance))
 
 
-def _taut(matrix: Array, constant: Array) -> Array:
+def taut(matrix: Array, constant: Array) -> Array:
     """Return T >= 0 with w = matrix T + constant >= 0 and T w = 0, by exchange of taut and slack tendons."""
     size = len(constant)
     taut = constant < 0.0

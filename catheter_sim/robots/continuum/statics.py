@@ -5,6 +5,7 @@ from __future__ import annotations
 from catheter_sim.core.statics import StaticModel, unless
 from catheter_sim.robots.continuum.constant_curvature import constant_curvature
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.four_bar import four_bar
 from catheter_sim.robots.continuum.kato import fkm, fkm_stick, pcca
 from catheter_sim.robots.continuum.lumped import cc_sub, prb, prb_middle, prb_no_twist, prb_one
 from catheter_sim.robots.continuum.modal import haar, lacks, polynomial, taylor
@@ -55,6 +56,12 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         "CC",
         "one arc per segment (Rao 2021, Sections 3.2.1, 5.2.2), tension or displacement, friction, weight",
         constant_curvature,
+    ),
+    StaticModel(
+        "four_bar",
+        "four-bar linkages driven by lengths (Rao 2021, Section 4.1); by tensions VC_ref's lengths",
+        four_bar,
+        unsupported,
     ),
     StaticModel(
         "CC_sub",
