@@ -12,8 +12,8 @@ d = 2 r . b,    pose: bar (b_x, b_y, sqrt(1 - b^2)), turned by t about (-b_y, b_
 All lengths of a segment's tendons together, no tendon longer than it is and the sum of the couplers' squares
 of b the least: a linear problem of taut and slack tendons. Where antagonists together ask for more than the
 linkage has, they share what is missing. No load, no stiffness and no stretch of tendons is in the model. By
-tensions it takes the tendons' lengths from VC_ref, as the benchmark's CC takes VC's (Eq. 56): loads and friction act
-through these alone.
+tensions it takes the tendons' lengths from VC_ref, as the benchmark's CC takes VC's (Eq. 56): loads and
+friction act through these alone.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from catheter_sim.robots.continuum.rods import (
     load,
     path_lengths,
     problem,
+    require_reached,
     run_of,
     taut,
 )
@@ -65,7 +66,7 @@ def four_bar(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> Stat
     """Return the postures of `robot` under `inputs`; see the module's text.
 
     Args:
-        robot: any robot that `rods.is_rod` accepts; its `effects` are not read.
+        robot: any robot that `rods.unsupported_along` accepts; its `effects` are not read.
         inputs: displacements: what each tendon is shortened by, less its slack; or tensions and loads.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
 
@@ -81,7 +82,7 @@ def four_bar(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> Stat
         spans = np.full((*short.shape, len(rod.length_m)), np.nan)
     else:
         found = equilibria(rod, loads, "projected")
-        run_of("four_bar", robot, rod, inputs, gravity, found, np.zeros(len(loads)))  # or its error
+        require_reached("four_bar", robot, inputs, found.reached)
         short = rod.disk_z_m[rod.last_disk] - path_lengths(found)
         spans = found.span_tension
     bars = linkages(rod, loads, short, spans)
@@ -93,7 +94,7 @@ def linkages(rod: RodProblem, loads: RodLoad, short: Array, spans: Array) -> Fou
     n, count = len(rod.length_m), int(rod.segment[-1]) + 1
     cells = np.bincount(rod.segment, minlength=count)
     ends = rod.segment[rod.last_disk - 1]
-    arm = 2.0 * rod.hole_m[:, None, :] * (np.arange(count) <= ends[:, None])[:, :, None]  # (t, S, 2)
+    arm = 2.0 * rod.hole_m[:, :1] * (np.arange(count) <= ends[:, None])[:, :, None]  # (t, S, 2)
     arm[:, [rod.planar[rod.segment == s][0] for s in range(count)], 1] = 0.0
     matrix = np.einsum("tsi,s,usi->tu", arm, cells, arm)
     matrix += _GIVE * max(matrix.max(initial=0.0), 1e-12) * np.eye(len(arm))

@@ -66,7 +66,7 @@ class LumpedRod(NamedTuple):
         model: `ARC`, `LINKS`, `LINKS_MIDDLE` or `LINKS_ONE`.
         free: which unknowns may move, shape (n, d); the others are held at zero.
         length, bending, torsion: of the subsegments, shape (n,).
-        hole, last: of the tendons, shapes (t, 2), (t,).
+        hole, last: of the tendons in each disk, and their ends, shapes (t, n + 1, 2), (t,).
         mu: capstan coefficient; every tendon slides toward the base.
         projected: whether Eq. 58 is applied.
     """
@@ -406,7 +406,7 @@ def tendon_forces(
     for t in range(count):
         for m in range(last[t] + 1):
             for i in range(3):
-                h[t, m, i] = p[m, i] + R[m, i, 0] * hole[t, 0] + R[m, i, 1] * hole[t, 1]
+                h[t, m, i] = p[m, i] + R[m, i, 0] * hole[t, m, 0] + R[m, i, 1] * hole[t, m, 1]
         now = tension[t]
         for m in range(1, last[t] + 1):
             for i in range(3):

@@ -40,6 +40,7 @@ from catheter_sim.robots.continuum.rods import (
     load,
     problem,
     run_of,
+    share_out,
     straight_lengths,
     unsupported,
 )
@@ -112,7 +113,7 @@ class Pieces(NamedTuple):
         gram: integral of the functions' products over a segment's, shape (S, m, m).
         stiffness: about x, y and z, over the segment's length, shape (S, 3) [N m].
         free: whether it bends so, shape (S, 3).
-        hole: shape (t, 2) [m].
+        hole: of each tendon in each disk, shape (t, n + 1, 2) [m].
         last: number of the disk where each tendon ends, shape (t,).
     """
 
@@ -243,9 +244,9 @@ def _pull_disks(robot: Pieces, tension: Array, p: Array, R: Array, by_p: Array, 
     """Add what tension times length changes by with the disks' positions and axes."""
     low, high, along = np.empty(3), np.empty(3), np.empty(3)
     for k in range(len(tension)):
-        x, y = robot.hole[k, 0], robot.hole[k, 1]
+        before_x = before_y = 0.0
         for d in range(robot.last[k] + 1):
-            to = robot.frame[d]
+            to, x, y = robot.frame[d], robot.hole[k, d, 0], robot.hole[k, d, 1]
             for i in range(3):
                 high[i] = p[to, i] + R[to, i, 0] * x + R[to, i, 1] * y
                 along[i] = high[i] - low[i]
@@ -258,9 +259,10 @@ def _pull_disks(robot: Pieces, tension: Array, p: Array, R: Array, by_p: Array, 
                     by_R[to, i, 0] += pull * x
                     by_R[to, i, 1] += pull * y
                     by_p[start, i] -= pull
-                    by_R[start, i, 0] -= pull * x
-                    by_R[start, i, 1] -= pull * y
+                    by_R[start, i, 0] -= pull * before_x
+                    by_R[start, i, 1] -= pull * before_y
             low[:] = high
+            before_x, before_y = x, y
 
 
 @compiled
@@ -466,8 +468,11 @@ class ModalEquilibria:
     reached: Array
 
 
-def equilibria(rod: RodProblem, loads: RodLoad, basis: Basis) -> ModalEquilibria:
-    """Return the equilibria of `rod` under `loads` in a basis; its friction is not read."""
+def equilibria(rod: RodProblem, loads: RodLoad, basis: Basis, threads: int = 1) -> ModalEquilibria:
+    """Return the equilibria of `rod` under `loads` in a basis; its friction is not read.
+
+    `threads`: among which the rows are shared out.
+    """
     rows, n = len(loads), len(rod.length_m)
     robot = pieces(rod, basis)
     found = ModalEquilibria(
@@ -481,11 +486,12 @@ def equilibria(rod: RodProblem, loads: RodLoad, basis: Basis) -> ModalEquilibria
         reached=np.zeros(rows),
     )
     turn = np.linalg.norm(linear_bends(rod, loads), axis=2).sum(axis=1)
-    solve_rows(
-        robot, loads.tension_N, loads.force_N, loads.moment_N_m,
-        np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9)), found.unknowns, found.p_w, found.R_w,
-        found.residual, found.reached,
-    )  # fmt: skip
+    arrays = (
+        *(loads.tension_N, loads.force_N, loads.moment_N_m),
+        np.minimum(1.0, _STEP_RAD / np.maximum(turn, 1e-9)),
+        *(found.unknowns, found.p_w, found.R_w, found.residual, found.reached),
+    )
+    share_out(lambda part: solve_rows(robot, *(array[part] for array in arrays)), rows, threads)
     return found
 
 

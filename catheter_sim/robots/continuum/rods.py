@@ -20,7 +20,13 @@ from catheter_sim.errors import InputError
 from catheter_sim.mechanics.eight import LANES
 from catheter_sim.robots.continuum import rod_sections
 from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
-from catheter_sim.robots.continuum.description import disk_masses, disks, last_disk
+from catheter_sim.robots.continuum.description import (
+    disk_masses,
+    disks,
+    hole_xy_m,
+    last_disk,
+    winds_or_converges,
+)
 from catheter_sim.robots.continuum.rod_balance import NEAR_RAD, RodRows, TendonRod, follow, follow_together
 from catheter_sim.robots.continuum.rod_sections import measure_paths
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
@@ -69,7 +75,7 @@ class RodProblem:
         segment: index of the segment that it belongs to, shape (n,).
         disk_z_m: heights of the disks in the straight robot, disk 0 first, shape (n + 1,) [m].
         disk_mass_kg: of disks 1 to n, shape (n,) [kg].
-        hole_m: (x, y) of each tendon's holes in the disks' frames, shape (t, 2) [m].
+        hole_m: (x, y) of each tendon's hole in each disk, in its frame, shape (t, n + 1, 2) [m].
         last_disk: number of the disk in which each tendon ends, 1 to n, shape (t,).
         mu: capstan coefficient at every hole, the base's included.
     """
@@ -120,6 +126,7 @@ def problem(robot: ContinuumRobot) -> RodProblem:
         raise InputError(f"{robot.name}: {reason}: the rod models do not carry it; 'CC' does")
     parts = [segment for segment in robot.segments for _ in range(disks(robot, segment))]
     length = np.array([segment.length_m / disks(robot, segment) for segment in parts])
+    heights = np.concatenate([[0.0], np.cumsum(length)])
 
     def scaled(name: str) -> Array:
         return robot.stiffness_scale * np.array([float(getattr(segment, name)) for segment in parts])
@@ -135,14 +142,11 @@ def problem(robot: ContinuumRobot) -> RodProblem:
         segment=np.repeat(
             np.arange(len(robot.segments)), [disks(robot, segment) for segment in robot.segments]
         ),
-        disk_z_m=np.concatenate([[0.0], np.cumsum(length)]),
+        disk_z_m=heights,
         disk_mass_kg=disk_masses(robot),
-        hole_m=np.array(
-            [
-                [item.radius_m * math.cos(item.angle_rad), item.radius_m * math.sin(item.angle_rad)]
-                for item in robot.tendons
-            ]
-        ).reshape(-1, 2),
+        hole_m=np.array([[hole_xy_m(robot, item, z) for z in heights] for item in robot.tendons]).reshape(
+            -1, len(heights), 2
+        ),
         last_disk=np.array([last_disk(robot, item) for item in robot.tendons], dtype=np.intp),
         mu=robot.friction.mu,
     )
@@ -175,6 +179,11 @@ def _unsupported_segment(segment: Segment) -> str:
     return ""
 
 
+def unsupported_along(robot: ContinuumRobot) -> str:
+    """Return the same of models whose tendons run beside the backbone, alike in all disks."""
+    return unsupported(robot) or ("tendons that wind or converge" if winds_or_converges(robot) else "")
+
+
 def is_rod(robot: ContinuumRobot) -> bool:
     """Return whether the rod models carry `robot`: linear, straight at rest, on a mount that holds."""
     return not unsupported(robot)
@@ -197,10 +206,20 @@ def load(rod: RodProblem, inputs: Inputs, gravity_mps2: Array) -> RodLoad:
     return RodLoad(tension_N=tension, force_N=force, moment_N_m=moment)
 
 
+def middles(rod: RodProblem) -> Array:
+    """Return where straight tendons pass the middles of the straight robot's subsegments, (t, n, 2) [m]."""
+    return np.asarray(0.5 * (rod.hole_m[:, 1:] + rod.hole_m[:, :-1]))
+
+
+def _radii(rod: RodProblem) -> Array:
+    """Return the largest distance of each tendon's holes from the backbone, shape (t,) [m]."""
+    return np.asarray(np.hypot(rod.hole_m[..., 0], rod.hole_m[..., 1]).max(axis=1))
+
+
 def linear_bends(rod: RodProblem, loads: RodLoad) -> Array:
     """Return the bends toward +x and +y that the straight robot's moments give, shape (r, n, 2) [rad]."""
     runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]  # (t, n)
-    by_tendon = loads.tension_N @ (rod.hole_m[:, :, None] * runs[:, None]).transpose(1, 0, 2)  # (2, r, n)
+    by_tendon = loads.tension_N @ (middles(rod) * runs[:, :, None]).transpose(2, 0, 1)  # (2, r, n)
 
     def beyond(value: Array) -> Array:
         return np.cumsum(value[:, ::-1], axis=1)[:, ::-1]
@@ -242,6 +261,17 @@ class SolvedRods(Protocol):
         """Share of the load that is balanced, 1 where all of it is, shape (r,)."""
 
 
+def require_reached(model: str, robot: ContinuumRobot, inputs: Inputs, reached: Array) -> None:
+    """Raise `InputError` where a row's load was not reached; arguments as of `run_of`."""
+    lost = reached < 1.0
+    if lost.any():
+        row = int(np.argmax(lost))
+        raise InputError(
+            f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
+            f"{100.0 * reached[row]:.3g} % of the load"
+        )
+
+
 def run_of(
     model: str,
     robot: ContinuumRobot,
@@ -263,13 +293,7 @@ def run_of(
     Raises:
         InputError: a row whose load was not reached.
     """
-    lost = found.reached < 1.0
-    if lost.any():
-        row = int(np.argmax(lost))
-        raise InputError(
-            f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
-            f"{100.0 * found.reached[row]:.3g} % of the load"
-        )
+    require_reached(model, robot, inputs, found.reached)
     shapes = postures(robot, rod, found.p_w, found.R_w, found.load.tension_N, found.span_tension)
     return StaticRun(model, inputs, gravity_mps2, shapes, residual)
 
@@ -442,7 +466,7 @@ def tensions(
     """
     target = drive.displacement_m + drive.pretension_N / drive.stiffness_N_per_m
     typical = _bending_tensions(rod)
-    bending = np.hypot(rod.hole_m[:, 0], rod.hole_m[:, 1]) / typical  # compliance at the tendon, [m/N]
+    bending = _radii(rod) / typical  # compliance at the tendon, [m/N]
     tension, good = np.zeros(target.shape), np.zeros(len(target), dtype=bool)
     for softening in (_AT_ONCE, _SOFTENING):
         left = np.flatnonzero(~good)
@@ -501,7 +525,7 @@ def _balanced(
 
 def _bending_tensions(rod: RodProblem) -> Array:
     """Return the tension of each tendon that would bend the robot by 1 rad, shape (t,) [N]."""
-    radius = np.maximum(np.hypot(rod.hole_m[:, 0], rod.hole_m[:, 1]), 1e-3 * rod.disk_z_m[-1])
+    radius = np.maximum(_radii(rod), 1e-3 * rod.disk_z_m[-1])
     compliance = np.cumsum(rod.length_m / rod.bending_N_m2)[rod.last_disk - 1]
     return np.asarray(1.0 / (radius * compliance))
 
@@ -529,7 +553,7 @@ def taut(matrix: Array, constant: Array) -> Array:
 
 def straight_lengths(found: SolvedRods, rod: RodProblem) -> Array:
     """Return the lengths of tendons that are straight from disk to disk, shape (r, t) [m]."""
-    at = found.p_w[:, :, None] + np.einsum("rjab,tb->rjta", found.R_w[..., :2], rod.hole_m)
+    at = found.p_w[:, :, None] + np.einsum("rjab,tjb->rjta", found.R_w[..., :2], rod.hole_m)
     spans = np.linalg.norm(np.diff(at, axis=1), axis=-1)  # (r, n, t)
     runs = np.arange(spans.shape[1])[:, None] < rod.last_disk
     return np.asarray((spans * runs).sum(axis=1))
@@ -622,10 +646,11 @@ def equilibria(
     )
     rough, fine = sections(rod, (steps or STEPS[path]) // _ROUGHER), sections(rod, steps or STEPS[path])
     shift = np.zeros((rows, n, 3))
-    hole, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
+    holes, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
+    hole = np.ascontiguousarray(holes[:, 0])
     applied = np.concatenate([loads.moment_N_m, loads.force_N], axis=2)
 
-    robot = TendonRod(PATHS[path], rough, fine, hole, rod.last_disk, float(rod.mu))
+    robot = TendonRod(PATHS[path], rough, fine, hole, holes, rod.last_disk, float(rod.mu))
     together = rows >= LANES and rod.mu == 0.0 and longest_step >= 1.0
     far = far_from_before(rod, loads) if together else np.zeros(rows, dtype=bool)
 
@@ -662,7 +687,7 @@ def path_lengths(found: Equilibria) -> Array:
     # Where tendons act at their ends alone, the wrench is the backbone's: none of it is theirs.
     along = found.span_tension * (found.path in ("continuous", "lumens"))
     measure_paths(
-        sections(rod, 1), np.ascontiguousarray(rod.hole_m), rod.last_disk, along, found.wrench,
+        sections(rod, 1), np.ascontiguousarray(rod.hole_m[:, 0]), rod.last_disk, along, found.wrench,
         found.p_w, found.R_w, length,
     )  # fmt: skip
     return length

@@ -12,6 +12,7 @@ from catheter_sim.robots.continuum.modal import haar, lacks, polynomial, taylor
 from catheter_sim.robots.continuum.planar import bends_in_plane
 from catheter_sim.robots.continuum.rods import (
     unsupported,
+    unsupported_along,
     vc,
     vc_moment,
     vc_ref,
@@ -20,7 +21,10 @@ from catheter_sim.robots.continuum.rods import (
 )
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 
-_PLANAR = unless(bends_in_plane, "bending out of the xz plane, several hinges a cell or off its middle")
+_PLANAR = unless(
+    bends_in_plane,
+    "bending out of the xz plane, several hinges a cell or off its middle, tendons that wind or converge",
+)
 
 MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
     # Planar robots, driven by tension.
@@ -61,7 +65,7 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         "four_bar",
         "four-bar linkages driven by lengths (Rao 2021, Section 4.1); by tensions VC_ref's lengths",
         four_bar,
-        unsupported,
+        unsupported_along,
     ),
     StaticModel(
         "CC_sub",
@@ -115,19 +119,19 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         "VC",
         "Cosserat rod, tendons held to its shape everywhere (Rao 2021, Eqs 24-41), friction, weight",
         vc,
-        unsupported,
+        unsupported_along,
     ),
     StaticModel(
         "VC_moment",
         "Cosserat rod, tendons as moments at their ends (Rao 2021, Eq. 25): an arc where nothing else acts",
         vc_moment,
-        unsupported,
+        unsupported_along,
     ),
     StaticModel(
         "VC_tip_force",
         "Cosserat rod, tendons as forces at their ends (Rao 2021, Eqs 24-25): bends too little",
         vc_tip_force,
-        unsupported,
+        unsupported_along,
     ),
     StaticModel(
         "VC_ref",

@@ -108,7 +108,7 @@ def moments_at_bases(body: RodProblem, loads: RodLoad, p_w, R_w, projected=True)
     forces = [loads.force_N[0, m].copy() for m in range(n)]
     moments = [loads.moment_N_m[0, m].copy() for m in range(n)]
     for hole, last, tension in zip(body.hole_m, body.last_disk, loads.tension_N[0], strict=True):
-        at = p_w + R_w[:, :, :2] @ hole
+        at = p_w + np.einsum("jab,jb->ja", R_w[:, :, :2], hole)
         for m in range(1, last + 1):
             pull = tension * (at[m - 1] - at[m]) / np.linalg.norm(at[m - 1] - at[m])
             if m < last:
