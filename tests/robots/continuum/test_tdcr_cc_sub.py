@@ -32,6 +32,7 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     DEGREES,
     LINKS,
     LINKS_MIDDLE,
+    LINKS_ONE,
     DiskLoads,
     DiskStates,
     LumpedRod,
@@ -142,7 +143,7 @@ def test_arcs_balance_by_a_second_sum(projected):
     np.testing.assert_allclose(found.wrench[0, :, 3:], outer, atol=1e-14)
 
 
-@pytest.mark.parametrize("model", [ARC, LINKS, LINKS_MIDDLE])
+@pytest.mark.parametrize("model", [ARC, LINKS, LINKS_MIDDLE, LINKS_ONE])
 def test_newton_step_is_by_the_difference_quotient(model):
     """Newton's step for any imbalance is that of the balances' derivative by central differences."""
     rng = np.random.default_rng(1)
