@@ -6,8 +6,7 @@
 
 Nayar 2022, Section IV-E, simulated: introduce, align, bend, advance, orient, open, clip, close. Prints how
 many implants end within 1 mm and 3 deg of their target, and the force on the atrium's wall; writes
-procedure.csv, procedure.json and, of the first anatomy, procedure.mp4 with --video and procedure.png, the end
-of a step, with --picture STEP. The controller knows
+procedure.csv, procedure.json and, with --video, procedure.mp4 of the first anatomy. The controller knows
 pure kinematics only, with --calibrated also the slack, play and stretch of the robot's drives; where they
 are not ideal it is corrected by a tracker at the implant. With --path the tendons run through the rigid
 curved phantom of Section IV-D first (180 deg of turn at mu 0.2, assumed), of which the controller knows
@@ -30,10 +29,9 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.cli.arguments import whole_number
-from catheter_sim.errors import InputError, unknown
+from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import View
-from catheter_sim.pictures.images import Picture, open_renderer, with_caption, with_inset, write_picture, write_video
+from catheter_sim.pictures.images import Picture, open_renderer, with_caption, with_inset, write_video
 from catheter_sim.pictures.offscreen import free_camera
 from catheter_sim.procedure.heart import coaptation_axes, free_edge_z_m, random_anatomy
 from catheter_sim.procedure.operate import (
@@ -75,8 +73,6 @@ def main() -> int:
     parser.add_argument("--calibrated", action="store_true", help="the controller knows the drives' losses")
     parser.add_argument("--path", action="store_true", help="through the curved path of Section IV-D")
     parser.add_argument("--video", action="store_true", help="write procedure.mp4 of the first anatomy")
-    parser.add_argument("--picture", metavar="STEP", help="write procedure.png of a step's end, as open")
-    parser.add_argument("--video-width", metavar="PX", type=whole_number(160, 4096), default=WIDTH)
     options = parser.parse_args()
     try:
         return run(options)
@@ -106,8 +102,6 @@ def run(options: argparse.Namespace) -> int:
         robot = tortuous(robot)
     first = np.random.default_rng([options.seed, 0])
     way = plan(robot, random_anatomy(first))  # refuses a robot of another design before the series
-    if options.picture is not None and options.picture not in [step.name for step in way.steps]:
-        raise unknown("step", options.picture, [step.name for step in way.steps], "--picture")
     try:
         options.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -115,8 +109,8 @@ def run(options: argparse.Namespace) -> int:
     attempts = run_series(robot, options.anatomies, options.seed, known, options.jobs)
     write_series(attempts, options.output)
     print(summary_text(robot, attempts))
-    if options.video or options.picture is not None:
-        film(robot, way, first, known, options)
+    if options.video:
+        film(robot, way, first, options.output / "procedure.mp4", known)
     good = sum(item.succeeded for item in attempts)
     return 0 if good >= NEEDED * len(attempts) else 1
 
@@ -212,15 +206,12 @@ def _plain(step: StepReport) -> dict[str, object]:
     return document
 
 
-_Frame = tuple[Array, ProcedureStep, float]  # the joints, the step, the force on the wall [N]
-
-
 @dataclass
 class _Film:
     """What is remembered of a procedure to draw it."""
 
     model: mujoco.MjModel | None = None
-    frames: list[_Frame] = field(default_factory=list)
+    frames: list[tuple[Array, ProcedureStep, float]] = field(default_factory=list)
     calls: int = 0
 
     def watch(self, simulator: Simulator, place: ProcedureStep, touch: Touch) -> None:
@@ -233,13 +224,9 @@ class _Film:
 
 
 def film(
-    robot: CatheterRobot,
-    plan: Plan,
-    rng: np.random.Generator,
-    known: CatheterRobot | None,
-    options: argparse.Namespace,
+    robot: CatheterRobot, plan: Plan, rng: np.random.Generator, path: Path, known: CatheterRobot | None
 ) -> None:
-    """Write what is asked for of the procedure: across the bending plane through the wall, and the valve.
+    """Write an MP4 of the procedure: across the bending plane through the wall, and the valve.
 
     Raises:
         InputError: bad path, nothing to draw with, or the simulation diverged.
@@ -247,26 +234,18 @@ def film(
     open_renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), WIDTH, HEIGHT).close()
     taken = _Film()
     operate(robot, plan, rng, known, watch=taken.watch)
-    assert taken.model is not None
-    if options.picture is not None:
-        end = [frame for frame in taken.frames if frame[1].name == options.picture][-1:]
-        (image,) = _pictures(taken.model, end, plan, WIDTH, HEIGHT)
-        write_picture(options.output / "procedure.png", image)
-    if options.video:
-        width = options.video_width
-        frames = _pictures(taken.model, taken.frames, plan, width, 2 * round(0.5 * width * HEIGHT / WIDTH))
-        write_video(options.output / "procedure.mp4", frames, FPS, len(taken.frames), progress=True)
+    write_video(path, _pictures(taken, plan), FPS, len(taken.frames), progress=True)
 
 
-def _pictures(
-    model: mujoco.MjModel, frames: Sequence[_Frame], plan: Plan, width: int, height: int
-) -> Iterator[Picture]:
+def _pictures(taken: _Film, plan: Plan) -> Iterator[Picture]:
+    model = taken.model
+    assert model is not None
     data = mujoco.MjData(model)
     options = mujoco.MjvOption()
     options.sitegroup[:] = 0
-    side = round(_INSET * height)
-    with open_renderer(model, width, height) as large, open_renderer(model, side, side) as small:
-        for qpos, place, wall_N in frames:
+    side = round(_INSET * HEIGHT)
+    with open_renderer(model, WIDTH, HEIGHT) as large, open_renderer(model, side, side) as small:
+        for qpos, place, wall_N in taken.frames:
             data.qpos[:] = qpos
             mujoco.mj_fwdPosition(model, data)
             large.update_scene(data, free_camera(_view(plan)), options)

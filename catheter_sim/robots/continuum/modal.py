@@ -279,6 +279,34 @@ def _load_disks(robot: Pieces, force: Array, moment: Array, R: Array, by_p: Arra
 
 
 @compiled
+def _by_turn(w: Array, f: Array, B: Array, b: Array, here: Array) -> None:
+    """Write the derivative of B : R + b . p by a piece's turn w, shape (3,), B and b in its start's frame.
+
+    R = (1 - f_b |w|^2) I + f_a W + f_b w w^T, and p alike.
+    """
+    square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    turn = (B[2, 1] - B[1, 2]) * w[0] + (B[0, 2] - B[2, 0]) * w[1] + (B[1, 0] - B[0, 1]) * w[2]
+    both = 0.0
+    for i in range(3):
+        for j in range(3):
+            both += B[i, j] * w[i] * w[j]
+    trace, dot = B[0, 0] + B[1, 1] + B[2, 2], b[0] * w[0] + b[1] * w[1] + b[2] * w[2]
+    spread = both - square * trace
+    aside = b[0] * w[1] - b[1] * w[0]
+    ahead = w[2] * dot - square * b[2]
+    by_square = f[3] * turn + f[4] * (spread + aside) + f[5] * ahead
+    for c in range(3):
+        i, j = (c + 1) % 3, (c + 2) % 3
+        here[c] = f[0] * (B[j, i] - B[i, j]) - 2.0 * f[1] * trace * w[c] + 2.0 * w[c] * by_square
+        for k in range(3):
+            here[c] += f[1] * (B[c, k] + B[k, c]) * w[k]
+        here[c] += f[2] * (w[2] * b[c] - 2.0 * w[c] * b[2])
+    here[0] -= f[1] * b[1]
+    here[1] += f[1] * b[0]
+    here[2] += f[2] * dot
+
+
+@compiled
 def gradient(
     robot: Pieces, x: Array, tension: Array, force: Array, moment: Array, p: Array, R: Array, out: Array
 ) -> None:
@@ -296,8 +324,7 @@ def gradient(
     for q in range(len(robot.segment) - 1, -1, -1):
         s, start, length = robot.segment[q], robot.parent[q], robot.length[q]
         _turn_of(robot, x, q, w)
-        square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
-        _series(square, robot.order, f)
+        _series(w[0] * w[0] + w[1] * w[1] + w[2] * w[2], robot.order, f)
         for i in range(3):
             b[i] = 0.0
             for k in range(3):
@@ -306,26 +333,7 @@ def gradient(
                 B[i, j] = 0.0
                 for k in range(3):
                     B[i, j] += R[start, k, i] * by_R[q + 1, k, j]
-        # B : dR + b . dp, with R = (1 - b |w|^2) I + a W + b w w^T and p alike.
-        turn = (B[2, 1] - B[1, 2]) * w[0] + (B[0, 2] - B[2, 0]) * w[1] + (B[1, 0] - B[0, 1]) * w[2]
-        both = 0.0
-        for i in range(3):
-            for j in range(3):
-                both += B[i, j] * w[i] * w[j]
-        spread = both - square * (B[0, 0] + B[1, 1] + B[2, 2])
-        aside = b[0] * w[1] - b[1] * w[0]
-        ahead = w[2] * (b[0] * w[0] + b[1] * w[1] + b[2] * w[2]) - square * b[2]
-        by_square = f[3] * turn + f[4] * (spread + aside) + f[5] * ahead
-        trace, dot = B[0, 0] + B[1, 1] + B[2, 2], b[0] * w[0] + b[1] * w[1] + b[2] * w[2]
-        for c in range(3):
-            i, j = (c + 1) % 3, (c + 2) % 3
-            here[c] = f[0] * (B[j, i] - B[i, j]) - 2.0 * f[1] * trace * w[c] + 2.0 * w[c] * by_square
-            for k in range(3):
-                here[c] += f[1] * (B[c, k] + B[k, c]) * w[k]
-            here[c] += f[2] * (w[2] * b[c] - 2.0 * w[c] * b[2])
-        here[0] -= f[1] * b[1]
-        here[1] += f[1] * b[0]
-        here[2] += f[2] * dot
+        _by_turn(w, f, B, b, here)
         for c in range(3):
             for r in range(x.shape[2]):
                 out[s, c, r] += here[c] * robot.share[q, r]
