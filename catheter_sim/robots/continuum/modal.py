@@ -14,8 +14,8 @@ differ in what the bend may be:
 - `taylor`: each segment's pose is the Taylor series of an arc's in its bend (Godage 2011), to sixth order:
   no singularity where the robot is straight, no twist, and a pose that is worse the farther it bends.
 
-The survey names functions and no numbers of them: these are assumed. Curvature between two functions is
-constant on pieces, four between two disks, so that a quarter of a segment always ends at a piece's end.
+The survey names functions and no numbers of them: these are assumed. Curvature is taken for constant on
+short pieces, a multiple of four between two disks, so that quarters of a segment end where pieces end.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ from catheter_sim.robots.continuum.spec import ContinuumRobot
 # ----------------------------------------------------------------------------------------------------
 # The bases: which functions, on which pieces of the robot.
 
-_PIECES = 4  # between two disks
+_PIECES, _LEAST_PIECES = 4, 40  # between two disks or a multiple of it, of a segment at least
 # Order of the pose's series in its turn. Beyond 14 the next term is below 1e-16 up to half a radian a piece.
 _EXACT_ORDER, _TAYLOR_ORDER = 14, 6  # even; the second one is assumed
 
@@ -137,7 +137,7 @@ def pieces(rod: RodProblem, basis: Basis) -> Pieces:
     for s in range(count):
         own = np.flatnonzero(rod.segment == s)
         base, total = frame[-1], rod.length_m[own].sum()
-        cuts = 1 if basis.from_segment else _PIECES
+        cuts = 1 if basis.from_segment else _PIECES * -(-_LEAST_PIECES // (_PIECES * len(own)))
         ends = np.concatenate([[0.0], np.cumsum(np.repeat(rod.length_m[own] / cuts, cuts))]) / total
         middle, width = 0.5 * (ends[1:] + ends[:-1]), np.diff(ends)
         values = basis.values(middle)

@@ -160,6 +160,18 @@ def test_a_small_force_deflects_by_what_the_functions_hold(name, share):
     assert posture.p_w[-1, 0] == pytest.approx(share * 1e-3 * LENGTH**3 / (3.0 * EI), rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("name", "low", "high"), [("polynomial", 0.0, 0.02), ("haar", 0.2, 1.0), ("taylor", 0.5, 4.0)]
+)
+def test_one_disk(name, low, high):
+    """A straight tendon along one subsegment bends it as a column: parabolas hold nearly all of that, quarters
+    and an arc less."""
+    robot, inputs = rod(1, ((0.0, 8e-3),)), pulled([[2.0]])
+    error, _ = mean_errors(solve(name, robot, inputs), tips(solve("VC_ref_noproj", robot, inputs)))
+    assert low < error < high
+    assert mean_errors(solve("VC_moment", robot, inputs), rod_tips(robot, inputs))[0] > 10.0
+
+
 @pytest.mark.parametrize("name", list(MODAL))
 def test_straight_without_load(name):
     """All zero: the straight robot, exactly, its tip at its length."""
@@ -173,7 +185,7 @@ def energy(body, basis, x, pulls, force):
     Poses by the exponentials of four by four matrices, or by Taylor's terms one by one.
     """
     p, R, total = [np.zeros(3)], [np.eye(3)], 0.0
-    fine = 4
+    fine = len(modal.pieces(body, basis).segment) // len(body.length_m)  # one of Taylor's
     for s in range(len(x)):
         own = np.flatnonzero(body.segment == s)
         length = body.length_m[own].sum()
