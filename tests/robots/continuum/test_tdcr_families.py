@@ -164,8 +164,7 @@ def test_a_small_force_deflects_by_what_the_functions_hold(name, share):
     ("name", "low", "high"), [("polynomial", 0.0, 0.02), ("haar", 0.2, 1.0), ("taylor", 0.5, 4.0)]
 )
 def test_one_disk(name, low, high):
-    """A straight tendon along one subsegment bends it as a column: parabolas hold nearly all of that, quarters
-    and an arc less."""
+    """A straight tendon bends one subsegment as a column: parabolas hold nearly all of it, others less."""
     robot, inputs = rod(1, ((0.0, 8e-3),)), pulled([[2.0]])
     error, _ = mean_errors(solve(name, robot, inputs), tips(solve("VC_ref_noproj", robot, inputs)))
     assert low < error < high
