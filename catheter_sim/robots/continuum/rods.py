@@ -496,7 +496,7 @@ def _balanced(
     """
     rows, tendons = target.shape
     tension, good = loads.tension_N.copy(), np.zeros(rows, dtype=bool)
-    straight = rod.disk_z_m[rod.last_disk]
+    straight = lengths_at_rest(rod)
     shift = np.concatenate([np.zeros((1, tendons)), np.diag(_DIFFERENCE * typical)])
     left = np.arange(rows)
     for _ in range(_MOST_ROUNDS):
@@ -549,6 +549,13 @@ def taut(matrix: Array, constant: Array) -> Array:
             last = np.flatnonzero(wrong)[-1]
             taut[last] = not taut[last]
     return np.maximum(result, 0.0)
+
+
+def lengths_at_rest(rod: RodProblem) -> Array:
+    """Return the lengths of the tendons' paths in the straight robot, shape (t,) [m]."""
+    aside = np.linalg.norm(np.diff(rod.hole_m, axis=1), axis=2)
+    runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]
+    return np.asarray((np.hypot(rod.length_m, aside) * runs).sum(axis=1))
 
 
 def straight_lengths(found: SolvedRods, rod: RodProblem) -> Array:

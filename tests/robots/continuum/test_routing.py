@@ -14,8 +14,10 @@ from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import build_mjcf
 from catheter_sim.robots.continuum.description import hole_xy_m, winds_or_converges
+from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.theory.twins import twin_for
+from catheter_sim.validation.lines import given
 from catheter_sim.validation.tdcr_readings import helical, simulated_tip_m, vc_tip_m
 
 EI = 4e-3  # of `rod` [N m^2]
@@ -92,6 +94,33 @@ def test_straight_converging_and_winding_tendons_together_are_the_simulation():
     assert np.linalg.norm(tip("VC_ref_noproj", robot, pull) - chain) < 3e-4 * LENGTH
     assert 1e-3 * LENGTH < np.linalg.norm(tip("CC", robot, pull) - chain) < 2e-2 * LENGTH
     assert np.linalg.norm(tip("VC_ref_noproj", benchmark(10), pull) - chain) > 2e-2 * LENGTH
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("tdcr")
+def test_displacements_of_routed_tendons_are_the_simulations():
+    """From rest, where a tendon that winds is longer than the robot: tip and tensions of the chain.
+
+    To 0.1 % of the length; taken for as long as the robot, the tendons would be off by ten times that.
+    """
+    robot = mixed(10)
+    tendons = tuple(replace(item, stiffness_N_per_m=2e4) for item in robot.tendons)
+    robot = replace(robot, tendons=tendons, actuation="displacement")
+    inputs = given(1e-3 * np.array([[2.0, -2.5, 3.0, -1.0], [1.0, -1.0, 0.5, 2.0]]), "displacement")
+    run = STATIC_MODELS["VC_ref_noproj"].solve(robot, inputs, NO_GRAVITY)
+    chain = simulate(robot, inputs, NO_GRAVITY)
+    for ours, theirs in zip(run.postures, chain.postures, strict=True):
+        assert ours.actuator_tension.max() > 1.0
+        np.testing.assert_allclose(ours.p_w[-1], theirs.p_w[-1], atol=1e-3 * LENGTH)
+        np.testing.assert_allclose(ours.actuator_tension, theirs.actuator_tension, atol=0.05)
+    np.testing.assert_allclose(
+        STATIC_MODELS["VC_ref_noproj"]
+        .solve(robot, given([[0.0] * 4], "displacement"), NO_GRAVITY)
+        .postures[0]
+        .actuator_tension,
+        0.0,
+        atol=1e-9,
+    )
 
 
 @pytest.mark.slow
