@@ -457,7 +457,7 @@ def section_moments(rod: RodProblem, tension_N: Array, force_N: Array, p_w: Arra
         p_w, R_w: of disks 0 to n.
     """
     moments = np.cross(p_w[-1] - p_w[:-1], force_N)
-    holes = p_w[:, None] + np.einsum("jab,tb->jta", R_w[:, :, :2], rod.hole_m)
+    holes = p_w[:, None] + np.einsum("jab,tjb->jta", R_w[:, :, :2], rod.hole_m)
     for j in range(len(rod.length_m)):
         for t in np.flatnonzero(rod.last_disk > j):
             span = holes[j, t] - holes[j + 1, t]

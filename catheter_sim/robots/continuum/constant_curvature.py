@@ -34,7 +34,7 @@ from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import ArcLoads, ArcRobots, ArcStates, solve_rows
-from catheter_sim.robots.continuum.description import axes_of, disks
+from catheter_sim.robots.continuum.description import axes_of, disks, routing, winds_or_converges
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 MODEL = "CC"
@@ -153,22 +153,45 @@ def _arms(robot: ContinuumRobot, straight_between_disks: bool) -> Array:
     """Return each tendon's hole position in the middle of each segment, zero beyond its end, (t, s, 2) [m].
 
     A tendon that is straight between disks whose holes are turned passes nearer to the backbone. Where a
-    segment bends in one plane, the mean of the hole's position shortens the path.
+    segment bends in one plane, the mean of the hole's position shortens the path. Of a tendon that winds or
+    converges it is the mean along the segment, so that small bends are right.
     """
     result = np.zeros((len(robot.tendons), len(robot.segments), 2))
     turned = 0.0
     runs = _runs(robot)
     angle = np.array([item.angle_rad for item in robot.tendons])
     radius_m = np.array([item.radius_m for item in robot.tendons])
+    routed = winds_or_converges(robot)
     for s, segment in enumerate(robot.segments):
         half = 0.5 * _hole_turn(segment)
         nearer = math.cos(half / disks(robot, segment)) if straight_between_disks else 1.0
         if segment.bending_axes != "xy":
             nearer = float(np.sinc(half / math.pi))
         toward = np.stack([np.cos(angle + turned + half), np.sin(angle + turned + half)], axis=1)
-        result[:, s] = np.where(runs[:, s, None], nearer * radius_m[:, None] * toward, 0.0)
+        mean = radius_m[:, None] * toward
+        if routed:
+            mean = _mean_holes(robot, s, turned + half, straight_between_disks)
+        result[:, s] = np.where(runs[:, s, None], nearer * mean, 0.0)
         turned += 2.0 * half
     return result
+
+
+def _mean_holes(robot: ContinuumRobot, index: int, turned: float, straight_between_disks: bool) -> Array:
+    """Return the tendons' holes, `turned` about the backbone [rad], averaged over a segment, (t, 2) [m].
+
+    The mean of straight spans' middles, or of a path beside the backbone by Gauss's rule.
+    """
+    start = sum(item.length_m for item in robot.segments[:index])
+    count = disks(robot, robot.segments[index])
+    at, weight = np.polynomial.legendre.leggauss(8)
+    if straight_between_disks:
+        at, weight = np.linspace(-1.0, 1.0, count + 1), np.full(count + 1, 2.0 / count)
+        weight[[0, -1]] *= 0.5
+    heights = start + 0.5 * (1.0 + at) * robot.segments[index].length_m
+    own = [[routing(robot, item, z) for z in heights] for item in robot.tendons]
+    radius, angle = np.moveaxis(np.array(own).reshape(-1, len(at), 2), 2, 0)
+    places = radius[..., None] * np.stack([np.cos(angle + turned), np.sin(angle + turned)], axis=2)
+    return np.asarray(0.5 * np.einsum("q,tqi->ti", weight, places))
 
 
 def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:

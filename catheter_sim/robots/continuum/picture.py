@@ -28,7 +28,7 @@ from catheter_sim.mjcf.solids import (
     raised,
     together,
 )
-from catheter_sim.robots.continuum.description import disks, hinge_places
+from catheter_sim.robots.continuum.description import disks, hinge_places, winds_or_converges
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 
 # ----------------------------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ def cell_shape(robot: ContinuumRobot, index: int) -> CellShape:
     visible = _VISIBLE * outer  # what is smaller than this is left out
     channel = robot.channel_radius_m if robot.channel_radius_m > visible else 0.0
     eyelets: tuple[tuple[float, float], ...] = ()
-    for tendon in passing:
+    for tendon in passing if not winds_or_converges(robot) else ():  # all cells of a segment share a shape
         place = (
             tendon.radius_m * math.cos(tendon.angle_rad),
             tendon.radius_m * math.sin(tendon.angle_rad),

@@ -15,7 +15,14 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.statics import StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import counts_where_alone
-from catheter_sim.robots.continuum.description import face_masses, is_centred, last_disk, links, outputs
+from catheter_sim.robots.continuum.description import (
+    face_masses,
+    is_centred,
+    last_disk,
+    links,
+    outputs,
+    winds_or_converges,
+)
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 
 # ----------------------------------------------------------------------------------------------------
@@ -199,8 +206,9 @@ class PlanarDrive:
 
 
 def bends_in_plane(robot: ContinuumRobot) -> bool:
-    """Return whether `robot` bends in the xz plane only, one hinge a cell, in its middle."""
-    return _in_plane(robot) and robot.links_per_subsegment == 1 and is_centred(robot)
+    """Return whether `robot` bends in the xz plane only, one hinge a cell, in its middle, holes in a row."""
+    plain = robot.links_per_subsegment == 1 and is_centred(robot) and not winds_or_converges(robot)
+    return _in_plane(robot) and plain
 
 
 def _in_plane(robot: ContinuumRobot) -> bool:
@@ -227,6 +235,8 @@ def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
         )
     if not is_centred(robot):
         raise InputError(f"static model {model!r}: hinge_share of 0.5 is needed")
+    if winds_or_converges(robot):
+        raise InputError(f"static model {model!r}: tendons that wind or converge are not in a planar model")
     for segment in robot.segments:
         for key in ("rest_curvature_y_per_m", "rest_twist_rad_per_m"):
             if getattr(segment, key) != 0.0:

@@ -25,7 +25,7 @@ from catheter_sim.core.statics import OneByOne, StaticModel, Twin, TwinStates
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import solve_rows
 from catheter_sim.robots.continuum.constant_curvature import arc_robots, joint_values, loads, places, turns
-from catheter_sim.robots.continuum.description import axes_of, disks, links, outputs
+from catheter_sim.robots.continuum.description import axes_of, disks, links, outputs, winds_or_converges
 from catheter_sim.robots.continuum.exact_arm import FKM_EXACT_ARM as MODEL
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.planar import bends_in_plane, hinge_faces, joint_angles, rotations
@@ -103,7 +103,8 @@ def _varies(robots: Sequence[ContinuumRobot], arriving: Sequence[Inputs], gravit
     """Return whether something acts that makes a segment's curvature vary along it."""
     heavy = gravity_mps2.any() and any(segment.mass_kg for item in robots for segment in item.segments)
     loaded = any(item.force_tip.any() or item.moment_tip.any() for item in arriving)
-    return bool(heavy or loaded or any(robot.friction.mu for robot in robots))
+    routed = winds_or_converges(robots[0])
+    return bool(heavy or loaded or routed or any(robot.friction.mu for robot in robots))
 
 
 @dataclass(frozen=True)
