@@ -287,26 +287,36 @@ class TableComparison:
         return np.asarray(np.sqrt(sum(item**2 for item in apart)))
 
     def figure(self) -> Figure:
-        """Both series of each column over time, and their difference; at most 12 columns."""
+        """Three panels over time for each of 12 columns at most: first, second over it, their difference.
+
+        The first two have one scale.
+        """
         from matplotlib.figure import Figure
 
         shown = [item.column for item in self.apart][:_MOST_PANELS]
-        figure = Figure(figsize=(13.0, 1.2 + 1.9 * len(shown)), layout="constrained")
-        panels = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
+        figure = Figure(figsize=(15.0, 1.2 + 1.9 * len(shown)), layout="constrained")
+        panels = figure.subplots(len(shown), 3, sharex=True, squeeze=False)
         time_s = self.first.time_s
-        for (both, apart), name in zip(panels, shown, strict=True):
+        for (alone, both, apart), name in zip(panels, shown, strict=True):
             one, other = self.first.columns[name], self.second.columns[name]
-            both.plot(time_s, one, color="#222222", label=self.first.where)
-            both.plot(time_s, other, color="#1f5f8b", label=self.second.where)
+            alone.plot(time_s, one, color="#222222")
+            both.sharey(alone)
+            both.plot(time_s, one, color="0.75")
+            both.plot(time_s, other, color="#1f5f8b")
             apart.axhline(0.0, color="0.6", linewidth=0.7)
-            apart.plot(time_s, other - one, color="#a03b2a", label="second minus first")
-            both.set_ylabel(name, fontsize=8)
-            for panel in (both, apart):
+            apart.plot(time_s, other - one, color="#a03b2a")
+            alone.set_ylabel(name, fontsize=8)
+            for panel in (alone, both, apart):
                 panel.tick_params(labelsize=8)
                 panel.grid(color="0.92", linewidth=0.7)
                 panel.spines[["top", "right"]].set_visible(False)
-        for panel in panels[0]:
-            panel.legend(fontsize=9, frameon=False)
+        titles = (
+            self.first.where,
+            f"{self.second.where} (grey: the first)",
+            "difference: second minus first",
+        )
+        for panel, title in zip(panels[0], titles, strict=True):
+            panel.set_title(title, fontsize=9)
         for panel in panels[-1]:
             panel.set_xlabel("time since the first row [s]", fontsize=9)
         return figure

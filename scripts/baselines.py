@@ -2,9 +2,11 @@
 
     python scripts/baselines.py --episodes 100 --jobs 2 -o results/baselines.csv
     python scripts/baselines.py --environments NeuroendoscopeTrack,Mitral4dofTrack -o results/track.csv
+    python scripts/baselines.py --show NeuroendoscopeTumour -o tumour.mp4 --width 480
 
 Seeds are 0, 1, ...; of each episode the end counts. -o FILE gets one row for each environment: successes of
-the controller (`CONTROLLERS`) and of uniformly random actions.
+the controller (`CONTROLLERS`) and of uniformly random actions. With --show the controller's episode of
+seed 0 is drawn instead: -o OUT.png gets its end or a step, OUT.mp4 all of it, twice as fast as it runs.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ from catheter_sim.envs.clinical.insert_and_tumour import InsertEnv, TumourEnv
 from catheter_sim.envs.reach_and_track import ReachEnv, TrackEnv
 from catheter_sim.envs.tip import Action, Observation
 from catheter_sim.errors import InputError, unknown
+from catheter_sim.pictures.images import PICTURE, suffix_of, write_picture, write_video
 from catheter_sim.tables import replaced_when_whole
 from reference.steering import deliver, following, insert_rates, resolved_rate, tumour_rates
 
@@ -58,9 +61,17 @@ def main() -> int:
     parser.add_argument("--episodes", type=whole_number(1, 10000), default=20, help="default 20")
     parser.add_argument("--jobs", type=whole_number(1, 256), default=1, help="processes; default 1")
     parser.add_argument("--environments", help=f"comma-separated, of {', '.join(known)}; default all")
-    parser.add_argument("-o", "--output", metavar="FILE", required=True, help="CSV to write")
+    parser.add_argument("-o", "--output", metavar="FILE", required=True, help="file to write")
+    parser.add_argument("--show", metavar="NAME", help="draw an episode of this environment")
+    parser.add_argument("--width", type=whole_number(160, 4096), default=1280, help="of --show; default 1280")
+    parser.add_argument("--step", type=whole_number(1, 10000), help="of --show, to end at; default the last")
     options = parser.parse_args()
     try:
+        if options.show is not None:
+            if options.show not in known:
+                raise unknown("environment", options.show, known, "--show")
+            show(options.show, options.output, options.width, options.step)
+            return 0
         names = options.environments.split(",") if options.environments else known
         for name in names:
             if name not in known:
@@ -84,6 +95,33 @@ def main() -> int:
         return 2
     print("\n".join(lines))
     return 0
+
+
+def show(name: str, path: str, width: int, last: int | None = None) -> None:
+    """Draw the controller's episode of seed 0, up to step `last`: its end (.png), or all of it (.mp4, .gif).
+
+    Raises:
+        InputError: the file's name has another ending, or it cannot be written.
+    """
+    kind = suffix_of(path)
+    size = {"width": width, "height": 2 * round(width * 9 / 32)}
+    env = gymnasium.make(f"{PREFIX}{name}{SUFFIX}", render_mode="rgb_array", **size)
+    observation, _ = env.reset(seed=0)
+    frames, ended, steps = [], False, 0
+    while not ended:
+        action = CONTROLLERS[type(env.unwrapped)](env.unwrapped, observation)
+        observation, _, terminated, truncated, _ = env.step(action)
+        steps += 1
+        ended = terminated or truncated or steps == last
+        if ended or kind != PICTURE:
+            frames.append(env.render())
+    fps = 2 * env.metadata["render_fps"]
+    env.close()
+    if kind == PICTURE:
+        write_picture(path, frames[-1])
+    else:
+        write_video(path, frames, fps, len(frames))
+    print(f"wrote {path}: {width} x {size['height']} pixels")
 
 
 def successes(name: str, policy: str, seeds: Sequence[int]) -> int:

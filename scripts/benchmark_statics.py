@@ -18,18 +18,14 @@ from collections.abc import Callable
 import numpy as np
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.inputs import Inputs
-from catheter_sim.robots.continuum import cc, lumped, rods
-from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
 from catheter_sim.robots.continuum.published import spacer_disk
-from catheter_sim.robots.continuum.rods import RodProblem, load, problem
+from catheter_sim.robots.continuum.solvers import LUMPED, MODAL, RODS, solver_call
 from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.validation.lines import given
 
 FULL_PULL_N = 5.55329741  # Rao 2021, Eq. 55
 ROWS = 1000
-LUMPED = {"CC_sub": ARC, "PRB": LINKS, "PRB_middle": LINKS_MIDDLE}
-RODS = {"VC": "continuous", "VC_ref": "projected", "VC_ref_noproj": "eyelets"}
+SERIAL = ("CC", "four_bar")  # whose rows no threads share
 
 
 def best_s(call: Callable[[], object], runs: int, clock: Callable[[], float] = time.process_time) -> float:
@@ -43,17 +39,6 @@ def best_s(call: Callable[[], object], runs: int, clock: Callable[[], float] = t
     return min(times)
 
 
-def solver_of(name: str, body: RodProblem, inputs: Inputs, threads: int) -> Callable[[], object]:
-    """Return a model's solver, ready to be called: arrays in, arrays out."""
-    if name == "CC":
-        per_tension, tension = cc.bend_per_tension(body), inputs.tendon
-        return lambda: cc.poses(body, per_tension, tension)
-    rows = load(body, inputs, np.zeros(3))
-    if name in LUMPED:
-        return lambda: lumped.equilibria(body, rows, LUMPED[name], threads=threads)
-    return lambda: rods.equilibria(body, rows, RODS[name], threads=threads)
-
-
 def main() -> int:
     """Print the table; return the exit status."""
     asked = sys.argv[1] if len(sys.argv) > 1 else "1"
@@ -62,7 +47,6 @@ def main() -> int:
         return 2
     threads = int(asked)
     robot = spacer_disk()
-    body = problem(robot)
     sets = [given(FULL_PULL_N * np.array([[case >> k & 1 for k in range(4)]], float)) for case in range(16)]
     batch = given(np.random.default_rng(0).uniform(0.0, FULL_PULL_N, (ROWS, 4)))
     no_gravity: Array = np.zeros(3)
@@ -71,10 +55,10 @@ def main() -> int:
     print(
         f"{'':14}{'solver: one':>12}{'batch':>8}{'ratio':>7}{'model: one':>13}{'batch':>8}{'ratio':>7}{more}"
     )
-    for name in ("CC", *LUMPED, *RODS):
+    for name in (*SERIAL, *LUMPED, *MODAL, *RODS):
         model = STATIC_MODELS[name].solve
-        one = np.median([best_s(solver_of(name, body, item, 1), 30) for item in sets]) * 1e6
-        many = best_s(solver_of(name, body, batch, 1), 5) / ROWS * 1e6
+        one = np.median([best_s(solver_call(name, robot, item, no_gravity), 30) for item in sets]) * 1e6
+        many = best_s(solver_call(name, robot, batch, no_gravity), 5) / ROWS * 1e6
         whole_one = (
             np.median([best_s(lambda item=item, f=model: f(robot, item, no_gravity), 10) for item in sets])
             * 1e6
@@ -82,10 +66,9 @@ def main() -> int:
         whole_many = best_s(lambda f=model: f(robot, batch, no_gravity), 5) / ROWS * 1e6
         line = f"{name:14}{one:12.1f}{many:8.2f}{one / many:7.1f}"
         line += f"{whole_one:13.0f}{whole_many:8.1f}{whole_one / whole_many:7.1f}"
-        if threads > 1 and name != "CC":
-            line += (
-                f"{best_s(solver_of(name, body, batch, threads), 5, time.perf_counter) / ROWS * 1e6:18.2f}"
-            )
+        if threads > 1 and name not in SERIAL:
+            call = solver_call(name, robot, batch, no_gravity, threads)
+            line += f"{best_s(call, 5, time.perf_counter) / ROWS * 1e6:18.2f}"
         print(line)
     return 0
 

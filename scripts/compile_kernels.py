@@ -24,7 +24,7 @@ from catheter_sim.theory.static_models import STATIC_MODELS
 from catheter_sim.theory.twins import twin_for
 
 STATICS = {
-    "spacer_disk": ("CC", "CC_sub", "PRB", "VC", "VC_ref"),
+    "spacer_disk": ("CC", "CC_sub", "PRB", "polynomial", "VC", "VC_ref"),
     "neuroendoscope_section": ("fkm_exact_arm", "fkm_sliding"),
     "chest_tube_section": ("complete",),
     "mitral_transseptal": ("pk", "balance"),

@@ -1,12 +1,14 @@
 """Learns to bring a robot's tip to its targets, with nothing but NumPy, and draws how.
 
     python scripts/learn_reach.py -o results/learning [--turns 8] [--seeds 0 1 2]
+    python scripts/learn_reach.py -o results/learning --table docs/pictures/learning.csv
 
 The cross-entropy method on the policy of docs/guides/train_a_policy.md: drives move in proportion to the way
 from tip to target and to the tip's velocity, 12 numbers in all. In each turn 64 policies, drawn around the
 last turn's best, go for the same four targets; the best dozen is where the next turn draws. After each
 turn the policy in the middle goes for 64 targets that no turn has seen. Prints and writes learning.csv
 (seed, turn, share of the 64 policies' episodes, and of the 64 new targets, that succeed) and learning.png.
+With --table nothing is learnt: a written learning.csv is drawn.
 """
 
 from __future__ import annotations
@@ -99,11 +101,16 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder to write, made if need be")
     parser.add_argument("--turns", type=whole_number(1, 1000), default=8)
     parser.add_argument("--seeds", type=whole_number(0, 10**6), nargs="+", default=[0, 1, 2])
+    parser.add_argument("--table", metavar="CSV", type=Path, help="draw this learning.csv, and learn nothing")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
-    envs = gymnasium.make_vec(ENVIRONMENT, COUNT, "vector_entry_point", threads=2)
-    rows = [row for seed in options.seeds for row in learnt(envs, seed, options.turns)]
-    envs.close()
+    if options.table is None:
+        envs = gymnasium.make_vec(ENVIRONMENT, COUNT, "vector_entry_point", threads=2)
+        rows = [row for seed in options.seeds for row in learnt(envs, seed, options.turns)]
+        envs.close()
+    else:
+        stored = np.loadtxt(options.table, delimiter=",", skiprows=1, ndmin=2)
+        rows = [(int(seed), int(turn), float(own), float(new)) for seed, turn, own, new in stored]
     lines = ["seed,turn,episodes_that_succeed,new_targets_reached"]
     lines += [f"{seed},{turn},{own:.4f},{new:.4f}" for seed, turn, own, new in rows]
     (options.output / "learning.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")

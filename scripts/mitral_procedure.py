@@ -6,7 +6,8 @@
 
 Nayar 2022, Section IV-E, simulated: introduce, align, bend, advance, orient, open, clip, close. Prints how
 many implants end within 1 mm and 3 deg of their target, and the force on the atrium's wall; writes
-procedure.csv, procedure.json and, with --video, procedure.mp4 of the first anatomy. The controller knows
+procedure.csv, procedure.json and, of the first anatomy, procedure.mp4 with --video and procedure.png, the end
+of a step, with --picture STEP. The controller knows
 pure kinematics only, with --calibrated also the slack, play and stretch of the robot's drives; where they
 are not ideal it is corrected by a tracker at the implant. With --path the tendons run through the rigid
 curved phantom of Section IV-D first (180 deg of turn at mu 0.2, assumed), of which the controller knows
@@ -29,9 +30,19 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
-from catheter_sim.errors import InputError
+from catheter_sim.cli.arguments import whole_number
+from catheter_sim.errors import InputError, unknown
 from catheter_sim.modelling.build import View
-from catheter_sim.pictures.images import Picture, open_renderer, with_caption, with_inset, write_video
+from catheter_sim.pictures.images import (
+    Picture,
+    in_corner,
+    inset_size,
+    open_renderer,
+    with_caption,
+    with_inset,
+    write_picture,
+    write_video,
+)
 from catheter_sim.pictures.offscreen import free_camera
 from catheter_sim.procedure.heart import coaptation_axes, free_edge_z_m, random_anatomy
 from catheter_sim.procedure.operate import (
@@ -43,11 +54,11 @@ from catheter_sim.procedure.operate import (
     operate,
     run_series,
 )
-from catheter_sim.procedure.plan import Plan, ProcedureStep, plan
+from catheter_sim.procedure.plan import Plan, ProcedureStep, plan, steps
 from catheter_sim.robots.catheter.spec import CatheterRobot
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
-from catheter_sim.validation.mitral import tortuous
+from catheter_sim.validation.mitral_tables import tortuous
 
 TRANSSEPTAL_ROBOTS = ("mitral_transseptal", "mitral_transseptal@tube")
 NEEDED = 0.95  # share of anatomies
@@ -73,6 +84,8 @@ def main() -> int:
     parser.add_argument("--calibrated", action="store_true", help="the controller knows the drives' losses")
     parser.add_argument("--path", action="store_true", help="through the curved path of Section IV-D")
     parser.add_argument("--video", action="store_true", help="write procedure.mp4 of the first anatomy")
+    parser.add_argument("--picture", metavar="STEP", help="write procedure.png of a step's end, as open")
+    parser.add_argument("--video-width", metavar="PX", type=whole_number(160, 4096), default=WIDTH)
     options = parser.parse_args()
     try:
         return run(options)
@@ -102,6 +115,9 @@ def run(options: argparse.Namespace) -> int:
         robot = tortuous(robot)
     first = np.random.default_rng([options.seed, 0])
     way = plan(robot, random_anatomy(first))  # refuses a robot of another design before the series
+    names = [step.name for step in steps(way)]
+    if options.picture is not None and options.picture not in names:
+        raise unknown("step", options.picture, names, "--picture")
     try:
         options.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -109,8 +125,8 @@ def run(options: argparse.Namespace) -> int:
     attempts = run_series(robot, options.anatomies, options.seed, known, options.jobs)
     write_series(attempts, options.output)
     print(summary_text(robot, attempts))
-    if options.video:
-        film(robot, way, first, options.output / "procedure.mp4", known)
+    if options.video or options.picture is not None:
+        film(robot, way, first, known, options)
     good = sum(item.succeeded for item in attempts)
     return 0 if good >= NEEDED * len(attempts) else 1
 
@@ -206,12 +222,15 @@ def _plain(step: StepReport) -> dict[str, object]:
     return document
 
 
+_Frame = tuple[Array, ProcedureStep, float]  # the joints, the step, the force on the wall [N]
+
+
 @dataclass
 class _Film:
     """What is remembered of a procedure to draw it."""
 
     model: mujoco.MjModel | None = None
-    frames: list[tuple[Array, ProcedureStep, float]] = field(default_factory=list)
+    frames: list[_Frame] = field(default_factory=list)
     calls: int = 0
 
     def watch(self, simulator: Simulator, place: ProcedureStep, touch: Touch) -> None:
@@ -224,9 +243,13 @@ class _Film:
 
 
 def film(
-    robot: CatheterRobot, plan: Plan, rng: np.random.Generator, path: Path, known: CatheterRobot | None
+    robot: CatheterRobot,
+    plan: Plan,
+    rng: np.random.Generator,
+    known: CatheterRobot | None,
+    options: argparse.Namespace,
 ) -> None:
-    """Write an MP4 of the procedure: across the bending plane through the wall, and the valve.
+    """Write what is asked for of the procedure: across the bending plane through the wall, and the valve.
 
     Raises:
         InputError: bad path, nothing to draw with, or the simulation diverged.
@@ -234,23 +257,33 @@ def film(
     open_renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), WIDTH, HEIGHT).close()
     taken = _Film()
     operate(robot, plan, rng, known, watch=taken.watch)
-    write_video(path, _pictures(taken, plan), FPS, len(taken.frames), progress=True)
+    assert taken.model is not None
+    if options.picture is not None:
+        end = [frame for frame in taken.frames if frame[1].name == options.picture][-1:]
+        (image,) = _pictures(taken.model, end, plan, WIDTH, HEIGHT)
+        write_picture(options.output / "procedure.png", image)
+    if options.video:
+        width = options.video_width
+        frames = _pictures(taken.model, taken.frames, plan, width, 2 * round(0.5 * width * HEIGHT / WIDTH))
+        write_video(options.output / "procedure.mp4", frames, FPS, len(taken.frames), progress=True)
 
 
-def _pictures(taken: _Film, plan: Plan) -> Iterator[Picture]:
-    model = taken.model
-    assert model is not None
+def _pictures(
+    model: mujoco.MjModel, frames: Sequence[_Frame], plan: Plan, width: int, height: int
+) -> Iterator[Picture]:
     data = mujoco.MjData(model)
     options = mujoco.MjvOption()
     options.sitegroup[:] = 0
-    side = round(_INSET * HEIGHT)
-    with open_renderer(model, WIDTH, HEIGHT) as large, open_renderer(model, side, side) as small:
-        for qpos, place, wall_N in taken.frames:
+    side = round(_INSET * height)
+    with open_renderer(model, width, height) as large, open_renderer(model, side, side) as small:
+        for qpos, place, wall_N in frames:
             data.qpos[:] = qpos
             mujoco.mj_fwdPosition(model, data)
             large.update_scene(data, free_camera(_view(plan)), options)
             small.update_scene(data, free_camera(_close_up(plan)), options)
-            image = with_inset(large.render(), small.render(), (1, 1))
+            image, close = large.render(), small.render()
+            whole = inset_size(close.shape[0], image.shape[0])
+            image = with_inset(image, close, in_corner(image, whole, (1, 1)))
             yield with_caption(image, _caption(place, wall_N), (0, 0))
 
 

@@ -38,7 +38,7 @@ from typing import Any
 PACKAGE, TESTS = "catheter_sim", "tests"
 COPIED = (
     *(PACKAGE, TESTS, "assets", "models", "scripts", "docs", "mkdocs.yml", "README.md", "LICENSE"),
-    "pyproject.toml",
+    *("CONTRIBUTING.md", "pyproject.toml"),
 )
 LEFT_OUT = {".hypothesis", ".pytest_cache"}
 FAST, SLOW = "fast", "slow"

@@ -57,10 +57,14 @@ prints is taken from there.
 
 {statuses}
 
-**Kind**, what a figure of ours is worth: `predicted` by a model that knows nothing of the printed figure;
-`fitted to it`; `read back`, it went in and comes out; `assumed`, it rests on a number that nobody prints;
-`refuted`, ours or theirs is shown to be wrong; `out of reach`, what would make it comparable is not printed
-or not modelled. Only what is predicted is judged by `validate`. Each paper's headline figures stand first.
+**Kind**, what a figure of ours is worth: `implemented`, equations and inputs of the paper, coded; `verified`,
+two models that share no code, or a model and a closed form, against each other; `predicted`, a printed
+figure or claim by a model that knows nothing of it; `fitted to it`; `read back`, it went in and comes out;
+`assumed`, it rests on a number that nobody prints; `not reproduced`, ours lies elsewhere and why is not
+known; `refuted`, ours or theirs is shown to be wrong; `out of reach`, what would make it comparable is not
+printed or not modelled. `validate` judges what is verified or predicted. Every printed figure was looked up
+in the paper's text (`scripts/check_printed.py`, [digits and places](printed_figures.csv)).
+Each paper's headline figures stand first.
 """
 _TOP_END = "\nA hyphen in `printed` says that the paper prints no figure of it."
 

@@ -1,4 +1,4 @@
-"""Measure this package beside other programs, where they are installed (pip install 'catheter-sim[peers]').
+"""Measure this package beside other programs, where they are installed (extra peers).
 
     python scripts/peers.py
     python scripts/peers.py --json --turns 5

@@ -1,19 +1,16 @@
-"""Make what is judged wrong by a fifth, and count which judged lines of `validate` notice.
+"""Make the constant that a judged line of `validate` is about wrong by a tenth, and see whether it notices.
 
-    python scripts/perturb_validation.py [ROBOT ...] [--checks NAME ...] [--all] [--only-page]
+    python scripts/perturb_validation.py [ROBOT ...] [--checks NAME ...] [--only-page]
 
-A check that cannot fail says nothing. So the robot that is judged is changed, one number at a time, and the
-check is run again: its stiffness, its friction, the gain of its inputs (as a moment arm would be), its
-length, each by 20 %. What it is judged against stays as it is: where the simulation is judged, statics and
-the nested reference are not changed; where static models are judged, those that they are compared with are
-not. Two more changes are for lines that none of these touches: damping of a fifth of a polymer's, and a
-rest curvature of a fifth over the length. What is said of solvers' times no robot changes: there
+A check that cannot fail says nothing. Every judged line names the constant that it is about, and whose it is
+(`Line.about`): "simulation: stiffness". That number is made a tenth larger, then a tenth smaller, of that
+model alone, and the check is run again; what it is judged against stays as it is. Numbers: all elastic
+constants alike, friction, the gain of the inputs (as a moment arm's), the length, the damping time. A line
+that another change would turn red is not shown by it. What is said of solvers' times no robot changes: there
 each model takes the times of the next one, or each number of disks those of another, in the opposite order.
 
-Each change is made of the simulation, then of static models, then of models that others are compared
-with (not where a line's source names them). A line that has turned red is left; `--all` makes every change
-of the simulation all the same. Results go into docs/truth/perturbed_lines.csv, run by run, and a run that
-stands there is not made again; docs/truth/perturbed_lines.md is written from it.
+Results go into docs/truth/perturbed_lines.csv, check by check, and a run that stands there is not made again;
+docs/truth/perturbed_lines.md is written from it, with the lines that survive and why (`SURVIVORS`).
 """
 
 from __future__ import annotations
@@ -35,7 +32,7 @@ from typing import Any
 from unittest.mock import patch
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.core.robot import DAMPING_TIME_S, Friction, RobotSpec, with_segments
+from catheter_sim.core.robot import Friction, RobotSpec
 from catheter_sim.errors import InputError
 from catheter_sim.robots.catheter import measured as modified
 from catheter_sim.simulation.simulator import Simulator
@@ -52,46 +49,39 @@ from catheter_sim.validation.report import CHECKS
 
 TRUTH = Path(__file__).resolve().parent.parent / "docs" / "truth"
 TABLE, PAGE = TRUTH / "perturbed_lines.csv", TRUTH / "perturbed_lines.md"
-SHARE = 0.2
 AS_IT_IS = "as it is"
+SIDES = {"+10 %": 1.1, "-10 %": 0.9}  # of the constant that a line is about
 REFERENCES = ("VC_ref", "VC_ref_noproj", "complete", "complete_sliding", "fkm_sliding", "printed")
-_KEYS = ("robot", "check", "line", "quantity", "unit", "tolerance", "source")
+_KEYS = ("robot", "check", "line", "quantity", "unit", "tolerance", "about")
+# Why a line survives a tenth, by a part of its quantity.
+SURVIVORS: Mapping[str, str] = {
+    "solver times": "a claim about a clock's ratios that lie far from 1; no constant of a robot is in it",
+    "without damping": "its constant is zero: a tenth of nothing is nothing",
+    "loads turned by": "a symmetry: it holds for every stiffness",
+    "errors of CC and VC apart": "one-sided, and an order of magnitude: VC's stretch, not its stiffness",
+}
 
 
-def stiffer(robot: Any) -> Any:
-    """Return the robot with every elastic constant a fifth larger."""
-    return replace(robot, stiffness_scale=robot.stiffness_scale * (1.0 + SHARE))
+def stiffer(robot: Any, factor: float) -> Any:
+    """Return the robot with every elastic constant so many times as large."""
+    return replace(robot, stiffness_scale=robot.stiffness_scale * factor)
 
 
-def rougher(robot: Any) -> Any:
-    """Return the robot with a fifth more friction."""
-    return replace(robot, friction=Friction(robot.friction.mu * (1.0 + SHARE)))
+def rougher(robot: Any, factor: float) -> Any:
+    """Return the robot with so many times the friction."""
+    return replace(robot, friction=Friction(robot.friction.mu * factor))
 
 
-def smoother(robot: Any) -> Any:
-    """Return the robot with a fifth less friction."""
-    return replace(robot, friction=Friction(robot.friction.mu * (1.0 - SHARE)))
-
-
-def longer(robot: Any) -> Any:
-    """Return the robot with every segment a fifth longer."""
-    parts = tuple(replace(part, length_m=part.length_m * (1.0 + SHARE)) for part in robot.segments)
+def longer(robot: Any, factor: float) -> Any:
+    """Return the robot with every segment so many times as long."""
+    parts = tuple(replace(part, length_m=part.length_m * factor) for part in robot.segments)
     return replace(robot, segments=parts)
 
 
-def damped(robot: Any) -> Any:
-    """Return the robot with a fifth of a polymer's damping besides its own."""
-    time_s = robot.dynamics.damping_time_s + SHARE * DAMPING_TIME_S
+def damped(robot: Any, factor: float) -> Any:
+    """Return the robot with so many times the damping time."""
+    time_s = robot.dynamics.damping_time_s * factor
     return replace(robot, dynamics=replace(robot.dynamics, damping_time_s=time_s))
-
-
-def curved(robot: Any) -> Any:
-    """Return the robot with a rest curvature of a fifth over its length, or its joints bent so at rest."""
-    length = sum(part.length_m for part in robot.segments)
-    if hasattr(robot.segments[0], "rest_curvature_x_per_m"):
-        return with_segments(robot, [{"rest_curvature_x_per_m": SHARE / length} for _ in robot.segments])
-    bending = [part.joint == "bending" for part in robot.segments]
-    return with_segments(robot, [{"rest_rad": SHARE} if own else {} for own in bending])
 
 
 @dataclass(frozen=True)
@@ -102,16 +92,19 @@ class Change:
     gain: float = 1.0
 
 
-CHANGES: Mapping[str, Change] = {
-    "stiffness": Change(stiffer),
-    "gain": Change(gain=1.0 - SHARE),
-    "friction": Change(rougher),
-    "length": Change(longer),
-    "less friction": Change(smoother),
-    "damping": Change(damped),
-    "rest curvature": Change(curved),
+NUMBERS: Mapping[str, Callable[[Any, float], Any]] = {
+    "stiffness": stiffer,
+    "friction": rougher,
+    "length": longer,
+    "damping": damped,
 }
-MORE = ("damping", "rest curvature")  # for lines that nothing else touches
+
+
+def change_of(number: str, factor: float) -> Change:
+    """Return the change that makes a number so many times as large."""
+    if number == "gain":
+        return Change(gain=factor)
+    return Change(lambda robot: NUMBERS[number](robot, factor))
 
 
 @contextmanager
@@ -165,17 +158,12 @@ def changed_simulation(change: Change) -> Iterator[None]:
 
 
 @contextmanager
-def changed_statics(change: Change, names: Sequence[str], called: list[str]) -> Iterator[None]:
-    """Let the named static models solve the changed robot, wherever the checks call them.
-
-    Args:
-        called: gets a word for each call, so that models that a check does not ask are seen.
-    """
+def changed_statics(change: Change, names: Sequence[str]) -> Iterator[None]:
+    """Let the named static models solve the changed robot, wherever the checks call them."""
     own = TheoryModel.law.fget
     assert own is not None
 
     def solve(function: Callable[..., Any], robot: Any, inputs: Any, *args: Any, **kwargs: Any) -> Any:
-        called.append(function.__name__)
         return function(
             _with(change, robot), replace(inputs, tendon=inputs.tendon * change.gain), *args, **kwargs
         )
@@ -226,13 +214,23 @@ def _with(change: Change, robot: RobotSpec) -> RobotSpec:
     return robot if change.robot is None else change.robot(robot)
 
 
-def runs_of_statics(robot: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield what is changed together among a robot's static models: all but references, then each alone."""
+def models_of(robot: str, whose: str) -> tuple[str, ...]:
+    """Return the static models that are changed: one by its name, or all that no other is judged by."""
+    if whose != "static models":
+        return (whose,)
     known = load_robot(robot)
-    names = [name for name, model in STATIC_MODELS.items() if model.applies_to(known)]
-    yield "static models", tuple(name for name in names if name not in REFERENCES)
-    for name in sorted(names, key=lambda name: name not in REFERENCES):
-        yield name, (name,)
+    names = (name for name, model in STATIC_MODELS.items() if model.applies_to(known))
+    return tuple(name for name in names if name not in REFERENCES)
+
+
+def changing(robot: str, about: str, factor: float) -> Any:
+    """Return the context in which the constant `about` names is so many times as large."""
+    whose, _, number = about.partition(": ")
+    if whose == "times":
+        return changed_times(of_the_next_model if factor > 1.0 else in_opposite_order)
+    if whose == "simulation":
+        return changed_simulation(change_of(number, factor))
+    return changed_statics(change_of(number, factor), models_of(robot, whose))
 
 
 class Results:
@@ -242,46 +240,34 @@ class Results:
         """Read what stands there."""
         self._path = path
         self.rows: list[dict[str, str]] = []
-        self.runs: list[str] = []
         if path.is_file():
             with path.open(newline="", encoding="utf-8") as file:
                 reader = csv.DictReader(file)
                 self.rows = list(reader)
-                self.runs = [name for name in reader.fieldnames or () if name not in _KEYS]
 
     def of(self, robot: str, check: str) -> list[dict[str, str]]:
         """Return a check's rows."""
         return [row for row in self.rows if (row["robot"], row["check"]) == (robot, check)]
 
-    def put(self, robot: str, check: str, run: str, errors: Sequence[str], lines: Sequence[Line]) -> None:
-        """Add a run; lines are those of the check as it is, where this is their first."""
-        if run not in self.runs:
-            self.runs.append(run)
-        if not self.of(robot, check):
-            for k, line in enumerate(lines):
-                told = (robot, check, str(k), line.quantity, line.unit, repr(line.tolerance), line.source)
-                self.rows.append(dict(zip(_KEYS, told, strict=True)))
-        for row, error in zip(self.of(robot, check), errors, strict=True):
-            row[run] = error
+    def put(self, robot: str, check: str, lines: Sequence[Line]) -> None:
+        """Add a check's judged lines as they are."""
+        for k, line in enumerate(lines):
+            told = (robot, check, str(k), line.quantity, line.unit, repr(line.tolerance), line.about)
+            row = dict(zip(_KEYS, told, strict=True))
+            self.rows.append(row | {AS_IT_IS: _said(line.error)} | dict.fromkeys(SIDES, ""))
+
+    def write(self) -> None:
+        """Write what stands there now."""
         with self._path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, (*_KEYS, *self.runs), restval="", lineterminator="\n")
+            writer = csv.DictWriter(file, (*_KEYS, AS_IT_IS, *SIDES), restval="", lineterminator="\n")
             writer.writeheader()
             writer.writerows(self.rows)
 
 
-def red_by(row: Mapping[str, str], runs: Sequence[str]) -> list[str]:
-    """Return the runs in which a line is out of its tolerance, those left out that change its reference."""
-    return [run for run in runs if run != AS_IT_IS and _red(row, run) and not _is_reference(row, run)]
-
-
-def _red(row: Mapping[str, str], run: str) -> bool:
-    error = row.get(run) or "-"
+def is_red(row: Mapping[str, str], side: str) -> bool:
+    """Return whether a line is out of its tolerance with its constant wrong to that side."""
+    error = row.get(side) or "-"
     return error == "nan" or (error not in ("-", "stopped") and float(error) > float(row["tolerance"]))
-
-
-def _is_reference(row: Mapping[str, str], run: str) -> bool:
-    what = run.partition(": ")[0]
-    return what in REFERENCES and (what in row["source"].replace(",", " ").replace(";", " ").split())
 
 
 def judged(check: Callable[[Path], Any]) -> list[Line]:
@@ -290,90 +276,84 @@ def judged(check: Callable[[Path], Any]) -> list[Line]:
         return [line for line in check(Path(folder)).lines if line.tolerance is not None]
 
 
-def perturb(robot: str, check: Callable[[Path], Any], results: Results, every: bool) -> None:
-    """Run one check as it is and changed, until each of its lines has turned red."""
+def perturb(robot: str, check: Callable[[Path], Any], results: Results) -> None:
+    """Run one check as it is, and with the constants of its lines wrong to both sides."""
     name = check.__name__
     if not results.of(robot, name):
         began = time.process_time()
         lines = judged(check)
         print(f"{robot} {name}: {len(lines)} judged, {time.process_time() - began:.0f} s", flush=True)
-        if not lines:
-            return
-        results.put(robot, name, AS_IT_IS, [_said(line.error) for line in lines], lines)
-
-    def still_green() -> bool:
-        return any(not red_by(row, results.runs) for row in results.of(robot, name))
-
-    def once(run: str, changing: Any) -> bool:
-        rows = results.of(robot, name)
-        if any(row.get(run) for row in rows):
-            return False
-        with changing:
-            try:
-                errors = [_said(line.error) for line in judged(check)]
-            except (InputError, ValueError, AssertionError, ArithmeticError, IndexError) as error:
-                print(f"{robot} {name}, {run}: stopped: {error}", flush=True)
-                errors = ["stopped"] * len(rows)
-        if len(errors) != len(rows):
-            errors = ["stopped"] * len(rows)
-        results.put(robot, name, run, errors, ())
-        green = sum(not red_by(row, results.runs) for row in results.of(robot, name))
-        print(f"{robot} {name}, {run}: {green} of {len(rows)} still green", flush=True)
-        return True
-
-    def of_statics(models: str, names: Sequence[str], what: str) -> bool:
-        """Change models' robot, where lines are still green; return whether the check asks these models."""
-        called: list[str] = []
-        made = still_green() and once(f"{models}: {what}", changed_statics(CHANGES[what], names, called))
-        return not made or bool(called)
-
-    if check is tdcr_readings.validate_solver_times:
-        once("times: of the next model", changed_times(of_the_next_model))
-        once("times: disks in the opposite order", changed_times(in_opposite_order))
-        return
-    (models, names), *references = runs_of_statics(robot)
-    asked = True
-    for what, change in CHANGES.items():
-        if still_green() or (every and what not in MORE):
-            once(f"simulation: {what}", changed_simulation(change))
-        if asked and what not in MORE:
-            asked = of_statics(models, names, what)
-    for models, names in references:
-        for what in CHANGES:
-            if what not in MORE and not of_statics(models, names, what):
-                break
+        results.put(robot, name, lines)
+        results.write()
+    rows = results.of(robot, name)
+    for about in dict.fromkeys(row["about"] for row in rows):
+        for side, factor in SIDES.items():
+            own = [row for row in rows if row["about"] == about]
+            if all(row[side] for row in own):
+                continue
+            with changing(robot, about, factor):
+                try:
+                    errors = [_said(line.error) for line in judged(check)]
+                except (InputError, ValueError, AssertionError, ArithmeticError, IndexError) as error:
+                    print(f"{robot} {name}, {about} {side}: stopped: {error}", flush=True)
+                    errors = []
+            found = errors if len(errors) == len(rows) else ["stopped"] * len(rows)
+            for row in own:
+                row[side] = found[int(row["line"])]
+            results.write()
+            red = sum(is_red(row, side) for row in own)
+            print(f"{robot} {name}, {about} {side}: {red} of {len(own)} red", flush=True)
 
 
 def _said(error: float) -> str:
     return f"{error:.4g}" if math.isfinite(error) else "nan"
 
 
+def reason_of(row: Mapping[str, str]) -> str:
+    """Return why a line survives; "" where nobody has said it."""
+    return next((why for part, why in SURVIVORS.items() if part in row["quantity"]), "")
+
+
 def page(results: Results) -> str:
-    """Return the page: a row for each judged line, and what turned it red."""
+    """Return the page: a row for each judged line, and what its constant's change does to it."""
+    tried = [row for row in results.rows if all(row[side] for side in SIDES)]
+    both = [row for row in tried if all(is_red(row, side) for side in SIDES)]
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True)
-    rows = [(row, red_by(row, results.runs)) for row in results.rows]
-    never = [row for row, runs in rows if not runs]
     text = [
         "# Every judged line can fail",
         "",
-        "`scripts/perturb_validation.py` makes what is judged wrong by 20 %, one number at a time, and",
-        "runs the checks again; what it is judged against stays as it is. Each row is a judged line of",
-        "`validate`: its error as it is, its tolerance, and the changes that turned it red, with its error",
-        "then.",
-        "Once all lines of a check are red no further change of it is tried. All figures are in",
-        "`docs/truth/perturbed_lines.csv`. A check that has no line here has none that is judged: what no",
-        "change turned is shown by `validate`, and not judged.",
+        "Each judged line of `validate` names the constant that it is about, and whose it is.",
+        "`scripts/perturb_validation.py` makes that number, of that model alone, a tenth larger and a tenth",
+        "smaller, and runs the check again; what it is judged against stays as it is. A line that only",
+        "another change turns red is not shown by it. A check without a line here has none that is judged.",
+        "All figures are in `docs/truth/perturbed_lines.csv`.",
         f"Made {datetime.now(UTC):%Y-%m-%d} with commit {commit.stdout.strip()}.",
         "",
-        f"{len(rows) - len(never)} of {len(rows)} lines turn red.",
+        f"{len(both)} of {len(tried)} lines fail to both sides "
+        f"({100.0 * len(both) / max(len(tried), 1):.1f} %); "
+        f"{len(results.rows) - len(tried)} are not tried yet.",
         "",
-        "| line | as it is | tolerance | turned red by |",
-        "|---|---|---|---|",
+        "## Lines that survive, and why",
+        "",
+        "| line | about | + 10 % | - 10 % | why |",
+        "|---|---|---|---|---|",
     ]
-    for row, runs in rows:
-        reds = ", ".join(f"{run} ({row[run]})" for run in runs) or "**nothing**"
+    for row in tried:
+        if row not in both:
+            sides = " | ".join("red" if is_red(row, side) else "green" for side in SIDES)
+            why = reason_of(row) or "**not said**"
+            text.append(f"| {row['robot']}: {row['quantity']} | {row['about']} | {sides} | {why} |")
+    text += [
+        "",
+        "## All lines",
+        "",
+        "| line | about | tolerance | as it is | + 10 % | - 10 % |",
+        "|---" * 6 + "|",
+    ]
+    for row in results.rows:
         most = f"{float(row['tolerance']):.3g} {row['unit']}"
-        text.append(f"| {row['robot']}: {row['quantity']} | {row[AS_IT_IS]} | {most} | {reds} |")
+        errors = " | ".join(row[run] or "not tried" for run in (AS_IT_IS, *SIDES))
+        text.append(f"| {row['robot']}: {row['quantity']} | {row['about']} | {most} | {errors} |")
     return "\n".join(text) + "\n"
 
 
@@ -384,14 +364,13 @@ def main() -> int:
     )
     parser.add_argument("robots", nargs="*", choices=[*CHECKS, []], help="default: all")
     parser.add_argument("--checks", nargs="+", help="names of check functions; default: all of the robots'")
-    parser.add_argument("--all", action="store_true", help="every change of the simulation")
     parser.add_argument("--only-page", action="store_true", help="no runs; write the page")
     options = parser.parse_args()
     results = Results(TABLE)
     for robot in () if options.only_page else options.robots or CHECKS:
         for check in CHECKS[robot]:
             if options.checks is None or check.__name__ in options.checks:
-                perturb(robot, check, results, options.all)
+                perturb(robot, check, results)
     PAGE.write_text(page(results), encoding="utf-8")
     return 0
 

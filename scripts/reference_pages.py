@@ -1,4 +1,4 @@
-"""Write the pages of the documentation that are made from the code: verbs, effects, thresholds.
+"""Write the pages of the documentation that are made from the code: commands, causes, numbers.
 
     python scripts/reference_pages.py [--check]
 
@@ -27,63 +27,73 @@ DIAGNOSIS = Path(cs.__file__).parent / "diagnosis"
 ROBOT = "neuroendoscope_section"  # whose effects are shown with their bounds
 OTHER = "mitral_4dof"  # whose effects are shown where the first robot has none
 _VERBS = """\
-# Verbs
+# Commands
 
-`catheter-sim VERB --help` prints what stands here. Exit status: 0 done, 1 a check failed, 2 bad usage or
-bad input, with one line on standard error that names the file, line, column or key, and the choices.
+`catheter-sim COMMAND --help` prints the same text as this page.
 
-`catheter-sim list` shows robots, static models, environments and effects, `catheter-sim list ROBOT` one
-robot's inputs, outputs, models and effects, also of your own `.toml`. Long work says on standard error what
-it is doing, and that a kernel is compiled at its first use. A warning of MuJoCo ends the simulation, with an
+| exit status | meaning |
+|---|---|
+| 0 | done |
+| 1 | a check failed |
+| 2 | bad usage or bad input; one line on standard error names file, line, column or key, and the choices |
+
+`catheter-sim list` shows robots, static models, environments and causes. `catheter-sim list ROBOT` shows one
+robot's inputs, outputs, models and causes, also of your own `.toml`. Long work says on standard error what it
+is doing, and that a kernel is compiled at its first use. A warning of MuJoCo ends the simulation, with an
 error that names the row."""
 _EFFECTS = f"""\
-# Effects
+# Causes
 
-The closed list of causes of error. Each is set as `--set effects.backlash.width_mm=0.4`, and each may be what
-a diagnosis names. A cause may act in several forms; a form is on where its numbers are not those of "no
-effect". Bounds and units below are those of `{ROBOT}`, or of `{OTHER}` where the
-first has none; `catheter-sim list ROBOT` shows another robot's."""
+This is the closed list of causes of error. A diagnosis names causes from this list. To set one yourself, use
+`--set effects.backlash.width_mm=0.4`. A cause may act in several forms. A form is on where its numbers differ
+from those of "no effect". Bounds and units below are those of `{ROBOT}`, or of `{OTHER}`
+where the first has none. `catheter-sim list ROBOT` shows another robot's."""
 _KINDS = """
 Robots with several sections or joints have further forms.
 
 ## Which cause on which kind of robot
 
-Of each kind, the forms that a diagnosis tries on at least one robot of the catalogue, driven by tension or by
-displacement. A number in brackets leads to the reason, below the table, why there are none."""
+The table has, for each kind, the forms that a diagnosis tries on at least one robot of the catalogue, driven
+by tension or by displacement. Where there are none, a number in brackets leads to the reason below."""
 _GAPS = {
     ("coupling", "notched_tube"): "It has one channel, which nothing else can move with.",
     (
         "payload",
         "catheter",
-    ): "It can be set, beside springs that may rub; a search with it would take a quarter of an hour.",
+    ): "You can set it, beside springs that may rub. A search with it would take a quarter of an hour.",
     ("tendon_elongation", "rolling"): "Its rods are driven by tension, which arrives whatever their length.",
     (
         "nonlinear_stiffness",
         "catheter",
-    ): "Its tendons' lengths set its joints' angles, so that another elastic law shows as little as "
-    "another stiffness does; a resistance that was measured is a law of the joint (`resistance`).",
-    ("twist", "catheter"): "Its torsion joints turn by a channel of their own: a turn of one, for good, is "
-    "that channel's `actuation_offset`.",
+    ): "Its tendons' lengths set its joints' angles. So another elastic law shows as little as another "
+    "stiffness does. A resistance that was measured is a law of the joint (`resistance`).",
+    (
+        "twist",
+        "catheter",
+    ): "Its torsion joints turn by a channel of their own. A turn of one, for good, is that "
+    "channel's `actuation_offset`.",
 }
 _ORDER = """
 ## What acts before what
 
-`backlash` acts on the command of every robot, before `coupling`; a catheter's drives may have a play of
-their own (`play_mm`) behind it. Two plays in a row do what one of the summed width does. Whether `backlash`
-or `coupling` comes first matters only where both are set: with a width of 0.4 mm and a share of 0.2 of the
-distal displacement, in a loop of 3 mm, it moves the tip of `mitral_4dof` by 1.0 mm and the distal torsion of
-`mitral_transseptal` by 0.9 deg; without `coupling` it moves nothing (2e-8 mm in the simulation).
+`backlash` acts on the input of every robot, before `coupling`. A catheter's drives may have a play of their
+own (`play_mm`) behind it. Two plays in a row do what one of the summed width does.
 
-The form `slack` of `backlash` is there for the bending pairs of catheters, and for a robot of your own whose
-channel pulls one tendon and lets another out (`channel_gain` below zero). There `slack_mm` is by how much
-each tendon is too long, and `slack_<channel>_mm` the same of one of several channels. It adds to the
-tendons' own `slack_mm` in the robot's file."""
+Whether `backlash` or `coupling` comes first matters only where both are set. We tried a width of 0.4 mm and a
+share of 0.2 of the distal displacement, in a loop of 3 mm. The order moves the tip of `mitral_4dof` by
+1.0 mm, and the distal torsion of `mitral_transseptal` by 0.9 deg. Without `coupling` it moves
+nothing (2e-8 mm in the simulation).
+
+The form `slack` of `backlash` is for the bending pairs of catheters. It is also for a robot of your own whose
+channel pulls one tendon and lets another out (`channel_gain` below zero). There each tendon is too long by
+`slack_mm`, or by `slack_<channel>_mm` for one of several channels. It adds to the tendons' own `slack_mm` in
+the robot's file."""
 _THRESHOLDS = """\
 # Numbers of a diagnosis
 
-Every number by which a diagnosis decides: the file that holds it, its unit, what it decides and why it has
-its value. `thresholds.py` holds those that several files need. "The blind bench" is the run of 400 drawn
-data sets with hidden causes of [the bench](../truth/bench.md)."""
+A diagnosis decides by these numbers. For each you see the file, the unit, what it decides and why it has its
+value. `thresholds.py` holds those that several files need. "The blind bench" is the run of 400 drawn data
+sets with hidden causes of [the bench](../truth/bench.md)."""
 
 
 def verbs_page() -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Trains PPO of Stable-Baselines3 to bring the neuroendoscope's tip to its targets.
 
-    pip install 'catheter-sim[train]'
+    pip install -e '.[train]'
     python scripts/train_reach.py --minutes 20 -o results/reach
 
 Writes into the folder given by -o, which is made: curve.csv and curve.png (success over time, the share among

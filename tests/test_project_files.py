@@ -46,3 +46,35 @@ def test_the_workflow_calls_scripts_that_are_there() -> None:
     assert called == {"scripts/test.sh", "scripts/docs.sh", "scripts/package.sh", "scripts/demo.sh"}
     assert all((ROOT / name).is_file() for name in called)
     assert all(name in text_of("CONTRIBUTING.md") for name in called - {"scripts/demo.sh"})
+
+
+def test_changes_of_a_version_are_short() -> None:
+    """A stranger reads what changed in two minutes: at most 60 lines a version."""
+    versions = re.split(r"^## ", text_of("CHANGELOG.md"), flags=re.MULTILINE)[1:]
+    assert len(versions) > 1
+    assert all(len(item.splitlines()) <= 60 for item in versions)
+
+
+def test_every_licence_is_listed() -> None:
+    """The page names each licence file, and the wheel's expression has those that the wheel holds."""
+    files = {
+        path.relative_to(ROOT).as_posix()
+        for folder in ("assets", "tests/data")
+        for path in (ROOT / folder).rglob("LICENSE*")
+    }
+    rows = [line.split("|")[1:-1] for line in text_of("docs/reference/licences.md").splitlines()]
+    listed = {row[0].strip().strip("`"): row for row in rows if row and "LICENSE" in row[0]}
+    assert set(listed) == files | {"LICENSE"}
+    in_wheel = {row[2].strip() for row in listed.values() if "wheel" in row[4]}
+    assert in_wheel == set(PROJECT["project"]["license"].split(" AND "))
+    assert all(("wheel" in row[4]) is not name.startswith("tests/") for name, row in listed.items())
+
+
+def test_a_release_is_drafted_from_what_is_there() -> None:
+    """Its workflow calls the scripts, and its notes are cut from the version's own heading."""
+    text = text_of(".github/workflows/release.yml")
+    assert set(re.findall(r"scripts/\w+\.sh", text)) == {"scripts/test.sh", "scripts/package.sh"}
+    assert "CHANGELOG.md" in text
+    forms = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
+    assert len(forms) == 4
+    assert (ROOT / ".github" / "PULL_REQUEST_TEMPLATE.md").is_file()

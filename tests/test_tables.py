@@ -11,7 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from catheter_sim.errors import InputError
-from catheter_sim.tables import MAX_ROWS, Table, own_clock, read_table, replaced_when_whole, write_table
+from catheter_sim.tables import (
+    MAX_ROWS,
+    Table,
+    compare_tables,
+    own_clock,
+    read_table,
+    replaced_when_whole,
+    write_table,
+)
 
 _FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64)
 _CELL = st.one_of(_FINITE, st.just(float("nan")))
@@ -262,3 +270,19 @@ def test_a_file_of_one_endless_word_gets_a_short_answer(tmp_path: Path, content:
     with pytest.raises(InputError) as caught:
         read_table(tmp_path / "in.csv")
     assert len(str(caught.value)) <= 500
+
+
+def test_a_comparisons_picture_has_a_third_panel_with_the_difference() -> None:
+    """First, second over first on one scale, second minus first: a row of panels for each column."""
+    time_s = np.array([0.0, 1.0, 2.0])
+    first = Table(time_s, {"tip_x_mm": np.array([0.0, 1.0, 4.0]), "tip_z_mm": np.array([9.0, 9, 8])}, "a")
+    second = Table(time_s, {"tip_x_mm": np.array([0.5, 2.0, 7.0]), "tip_z_mm": np.array([9.0, 9, 9])}, "b")
+    panels = compare_tables(first, second).figure().axes
+    assert len(panels) == 6
+    for row, name in enumerate(("tip_x_mm", "tip_z_mm")):
+        alone, both, apart = panels[3 * row : 3 * row + 3]
+        one, other = first.columns[name], second.columns[name]
+        assert alone.lines[-1].get_ydata() == pytest.approx(one)
+        assert both.lines[-1].get_ydata() == pytest.approx(other)
+        assert apart.lines[-1].get_ydata() == pytest.approx(other - one)
+        assert alone.get_ylim() == both.get_ylim()

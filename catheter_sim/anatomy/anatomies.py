@@ -333,7 +333,7 @@ def tumour_mesh(anatomy: Ventricles) -> trimesh.Trimesh:
 def tumour_points(anatomy: Ventricles, rng: np.random.Generator, count: int = 3) -> Array:
     """Return points on the tumour's surface where the ventricle lays it open, shape (count, 3) [m].
 
-    One in each of `count` equal sectors about the way's axis, which a random one comes first; their
+    One in each of `count` equal sectors about the way's axis, which a random one comes first. Their
     distances from the axis are drawn from 0.4 to 0.7 of the way to the ventricle's wall (assumed).
     """
     end = way(anatomy, np.array([anatomy.length_m]))

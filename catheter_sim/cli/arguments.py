@@ -66,14 +66,14 @@ def add_inputs(parser: argparse.ArgumentParser, required: bool = True) -> None:
         "--inputs",
         metavar="IN.csv",
         required=required,
-        help="inputs over time; a trial's own file; a data set",
+        help="inputs over time, a trial's own file, or a data set",
     )
     parser.add_argument("--trial", metavar="NAME", help="trial of a data set: its file without the ending")
     parser.add_argument("--other-robot", action="store_true", help="take a trial of another robot")
     parser.add_argument(
         "--gravity",
         metavar="GX,GY,GZ",
-        help="in the base frame [m/s^2]; default: that of the trial's data set, else 0,0,0",
+        help="in the base frame [m/s^2]; default that of the trial's data set, else 0,0,0",
     )
 
 
@@ -83,7 +83,7 @@ def add_gravity(parser: argparse.ArgumentParser) -> None:
         "--gravity",
         metavar="GX,GY,GZ",
         default="0,0,0",
-        help="in the base frame [m/s^2]; default 0,0,0: weight does not act",
+        help="in the base frame [m/s^2]; default 0,0,0 (weight does not act)",
     )
 
 
@@ -92,7 +92,7 @@ def add_columns(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--columns",
         metavar="A,B,...",
-        help="output columns to write, as tip_x_mm,tip_z_mm,body_15_x_mm; default: all",
+        help="output columns to write, as tip_x_mm,tip_z_mm,body_15_x_mm; default all",
     )
 
 

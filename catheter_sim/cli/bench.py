@@ -4,20 +4,21 @@ example:
   catheter-sim bench
   catheter-sim bench --json
 
-For each robot, and for a chain of 60 degrees of freedom with nine tendons, with tendon friction on and
-off (catheters that are specified without: off only), tensions that bend it to and fro are simulated, of
-a catheter displacements and an advance:
+Each robot, and a chain of 60 degrees of freedom with nine tendons, is simulated with tendon friction on and
+off (catheters that are specified without: off only). Tensions bend it to and fro, of a catheter displacements
+and an advance:
   steps/s         steps of the simulator in a second of one core
   real time       simulated seconds in a second of one core
   of plain        simulator's time over that of a plain loop of mj_step on the same model without
-                  friction, fed with the same inputs: what this package adds in all (robots of rolling
-                  joints: the model at rest, as by mj_step alone links do not roll nor rods resist;
-                  a catheter's torsion joints: on tendons of the model's linear law)
+                  friction, fed with the same inputs. This is what the package adds in all. (Robots of
+                  rolling joints: the model at rest, as by mj_step alone links do not roll nor rods
+                  resist. A catheter's torsion joints: on tendons of the model's linear law.)
   friction cost   simulator with friction over simulator without; to be at most 1.5
   Python cost     simulator without friction over the plain loop; below 1 where the paths of tendons,
                   which this package computes itself, cost more than all Python
-  batch 1, 2      mujoco.batch of eight copies of the plain model on one and two threads; of plain: time
-                  of a step of one copy; without any cost of batching it would be 1 and 0.5
+  batch 1, 2      mujoco.batch of eight copies of the plain model on one and two threads, as a share of
+                  the time of a step of one copy. Without any cost of batching it would be 1 and 0.5
+
 Then the cost of a step over the number of cells, 10 to 120, of neuroendoscope_section, and the exponent
 of the power that fits it; to be at most 1.3.
 

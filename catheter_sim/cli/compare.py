@@ -22,8 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument("first", metavar="A.csv", help="with whose rows the other's are matched")
     parser.add_argument("second", metavar="B.csv", help="what is compared with it")
-    parser.add_argument("--columns", metavar="A,B,...", help="which; default: all that both have")
-    parser.add_argument("-o", "--output", metavar="OUT.png", help="picture of both, over time")
+    parser.add_argument("--columns", metavar="A,B,...", help="which; default all that both have")
+    parser.add_argument("-o", "--output", metavar="OUT.png", help="picture of both and their difference")
 
 
 def run(options: argparse.Namespace) -> int:

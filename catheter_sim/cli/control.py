@@ -7,13 +7,17 @@ example:
 
 trajectory: a CSV with time_s [s], any of angle_<joint>_deg, and advance_mm; values lie on lines from row to
 row. Without it the 4-DoF catheter bends both joints through 10, 40, 10, 60, 10 deg in 75 s, the stand-in for
-the trajectory of Nayar 2023, Section IV-A, which is not printed; there the paper's errors stand beside.
+the trajectory of Nayar 2023, Section IV-A, which is not printed. The paper's errors
+are then printed beside it.
 models: pk (pure kinematics), te (with the tendons' elongation), mk (modified kinematics of 2022); +pid adds
 feedback on a tracker's angles. Without --model: pk, te and te+pid, the paper's three comparisons.
 The controller takes the robot for its nominal set (mitral_4dof of mitral_4dof@elongation), or for --believed.
-outputs: summary.csv (of each run and joint the root mean square error [deg], the mean effort [mm], and the
-controller's share of it), ratios.csv, a CSV of each run over time (desired, reached, measured, error; effort
-of model and controller [mm]), control.png.
+outputs:
+  summary.csv    of each run and joint the root mean square error [deg], the mean effort [mm], and the
+                 controller's share of it
+  ratios.csv     of the errors of the runs
+  a CSV per run  over time: desired, reached, measured, error; effort of model and controller [mm]
+  control.png
 """
 
 from __future__ import annotations
@@ -34,13 +38,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         dest="models",
         action="append",
-        help="pk, te, mk, each with or without +pid; may be repeated; default: pk, te, te+pid",
+        help="pk, te, mk, each with or without +pid (may be repeated); default pk, te, te+pid",
     )
     parser.add_argument(
         "--pid",
         metavar="KP,KI,KD",
         default="0.01,0.2,0.0001",
-        help="[mm/deg], [mm/(deg s)], [mm s/deg]; default: as printed",
+        help="[mm/deg], [mm/(deg s)], [mm s/deg]; default as printed",
     )
     parser.add_argument(
         "--noise",

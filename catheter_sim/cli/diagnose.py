@@ -13,8 +13,8 @@ dataset.toml needs (texts, unless said otherwise):
 and may have:
   [conditions]  motion: "held", each row was held until the robot rested, or "dynamic": it moved as time_s
                 says, from rest under each trial's first row; fits then go by the simulation, which takes
-                minutes. warm_up_s: so long each trial is played and not judged, as a stretch of a longer
-                recording does not begin at rest
+                minutes. warm_up_s: the time for which each trial is played and not judged, as a stretch
+                of a longer recording does not begin at rest
   [[trials]]    role: "train" or "heldout". If no trial is held out, the last trials without a role are,
                 about 30 % of the rows; a single trial is cut between two of its cycles
   [calibration] numbers of the robot with bounds, friction.mu = [0.0, 0.5] say: fitted within them
@@ -22,17 +22,19 @@ and may have:
                 NAME = { keys = [...], range = [lower, upper] }, or factor = [lower, upper] on each
   [map]         which column of a tracker's or a logger's own file is which channel; `catheter-sim import`
                 proposes it, docs/reference/dataset_toml.md has its keys
-Where robot is somebody's MJCF (arm.xml) and the inputs are its actuators' controls (control_<actuator>),
-causes that any model may have are asked of it: gain, offset, play, delay, damping, dry friction, stiffness,
+
+The robot may be somebody's MJCF (arm.xml), with its actuators' controls as inputs (control_<actuator>). Then
+causes are tried that any model may have: gain, offset, play, delay, damping, dry friction, stiffness,
 payload, the tracker's frame. Outputs are joint_<name>_deg or _mm, site_<name>_x_mm, body_<name>_x_mm and
 sensor_<name>; motion = "dynamic"; [conditions] settle_s: the first row is held so long before a trial begins.
 A file has at most 100000 rows. Stamps in epoch seconds will do: each trial's clock starts at its first row.
 The output folder gets diagnosis.json, report.html (opens without a network), model.xml and
-robot.toml (the extended robot, accepted wherever a robot id is), and the fitted series as CSV.
-Errors are in mm or deg on trials held out from the fit.
-Where too little was measured to name any cause (fewer than 60 values to learn from, held-out data of fewer
-than 5 stretches or without motion), that is said at once, and no cause is looked for.
-A run that was stopped goes on where it was when it is started again with the same DIR.
+robot.toml (the corrected robot, accepted wherever a robot id is), and the fitted series as CSV.
+Errors are in mm or deg on held-out trials.
+Too little may be measured to name any cause: fewer than 60 values to learn from, held-out data of fewer than
+5 stretches or without motion. That is said at once, and no cause is looked for.
+Several DATASETs are diagnosed one after the other, each into a folder of its own name in DIR.
+A run that was stopped continues when it is started again with the same DIR.
 Standard error says what is being done, with the time since the start.
 """
 
@@ -40,7 +42,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,7 +58,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument("dataset", metavar="DATASET", help="folder of a measured data set")
+    parser.add_argument("datasets", metavar="DATASET", nargs="+", help="folder of a measured data set")
     arguments.add_output(parser, "DIR", "folder to write, made where it does not exist")
     arguments.add_jobs(parser)
     parser.add_argument(
@@ -69,14 +71,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--since",
         metavar="OLD",
         action="append",
-        help="an earlier data set of the same robot, or the folder of its finished report: say what changed "
-        "since then, and nothing else; may be given again: a series, the first one first",
+        help="an earlier data set of the same robot, or the folder of its finished report. Say only what "
+        "changed since then. Give it again for a series, the first one first",
     )
     parser.add_argument(
         "--budget",
         metavar="SECONDS",
         type=arguments.positive,
-        help="time after which the search for causes ends with the best so far; default: "
+        help="time after which the search for causes ends with the best so far; default "
         f"{COMPARING_BUDGET_S:g} with --since, none without",
     )
     parser.add_argument(
@@ -89,16 +91,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnose, then print what was found."""
     folder = check_output_folder(options.output)
+    if len(options.datasets) == 1:
+        return _run_one(options, options.datasets[0], folder)
+    if options.since:
+        raise InputError("--since compares one data set with earlier ones: give one DATASET")
+    names = [Path(name).resolve().name for name in options.datasets]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name}: two data sets of this name would be written to one folder")
+    _check_all(options.datasets)
+    for name, dataset in zip(names, options.datasets, strict=True):
+        print(f"{name}:")
+        _run_one(options, dataset, folder / name)
+    return 0
+
+
+def _check_all(datasets: Iterable[str]) -> None:
+    """Read every data set, before hours are spent on the first one.
+
+    Raises:
+        InputError: one of them cannot be read.
+    """
+    from catheter_sim.diagnosis.dataset import load_dataset
     from catheter_sim.foreign.model import is_foreign
 
-    if is_foreign(options.dataset):
-        return _run_foreign(options, folder)
+    for name in datasets:
+        if not is_foreign(name):
+            load_dataset(name)
+
+
+def _run_one(options: argparse.Namespace, dataset: str, folder: Path) -> int:
+    """Diagnose one data set into a folder, then print what was found."""
+    from catheter_sim.foreign.model import is_foreign
+
+    if is_foreign(dataset):
+        return _run_foreign(options, dataset, folder)
     if options.since:
-        return _run_since(options, folder)
+        return _run_since(options, dataset, folder)
     from catheter_sim.diagnosis.pipeline import diagnose
 
     diagnosis = diagnose(
-        options.dataset,
+        dataset,
         folder,
         jobs=options.jobs,
         progress=True,
@@ -112,15 +145,15 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
+def _run_foreign(options: argparse.Namespace, dataset: str, folder: Path) -> int:
     """Say what somebody's MJCF gets wrong."""
     for name in ("since", "budget", "dask", "search_anyway"):
         if getattr(options, name):
             option = name.replace("_", "-")
-            raise InputError(f"{options.dataset}: --{option} is not for robots from somebody's MJCF")
+            raise InputError(f"{dataset}: --{option} is not for robots from somebody's MJCF")
     from catheter_sim.foreign.diagnose import diagnose_foreign, lines, write_foreign
 
-    found = diagnose_foreign(options.dataset, options.jobs, progress=True)
+    found = diagnose_foreign(dataset, options.jobs, progress=True)
     left = write_foreign(found, folder)
     print("\n".join(lines(found)))
     if left:
@@ -129,7 +162,7 @@ def _run_foreign(options: argparse.Namespace, folder: Path) -> int:
     return 0
 
 
-def _run_since(options: argparse.Namespace, folder: Path) -> int:
+def _run_since(options: argparse.Namespace, dataset: str, folder: Path) -> int:
     """Say what changed since one earlier data set or several."""
     from catheter_sim.diagnosis.changes.compare import earlier_recording
     from catheter_sim.diagnosis.changes.report import (
@@ -145,7 +178,7 @@ def _run_since(options: argparse.Namespace, folder: Path) -> int:
     from catheter_sim.diagnosis.document import stamped
     from catheter_sim.diagnosis.workers import Workers
 
-    after = load_dataset(options.dataset)
+    after = load_dataset(dataset)
     series = compare_series(
         [earlier_recording(Path(name), after) for name in options.since],
         after,

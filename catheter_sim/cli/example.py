@@ -17,7 +17,7 @@ from pathlib import Path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument("name", metavar="NAME", nargs="?", help="which; without a name they are listed")
-    parser.add_argument("-o", "--output", metavar="PATH", help="where to; default: NAME, here")
+    parser.add_argument("-o", "--output", metavar="PATH", help="where to; default NAME, here")
 
 
 def run(options: argparse.Namespace) -> int:

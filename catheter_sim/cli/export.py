@@ -5,14 +5,16 @@ example:
   catheter-sim export report/robot.toml -o model.xml --for mujoco
 
 `build` writes the robot without what runs beside the package's steps. `export` puts that in, as far as
-MuJoCo has it: joints that roll become slides that their hinges move; friction, rods and metal become
-springs and plastic springs (springyield, MuJoCo 4) of the hinges, fitted to loops of the simulation; gains,
-offsets, couplings, lags, delays, creep and a constant force on the tip become actuators; a tracker's frame
-and delay become the sensors'.
+MuJoCo has it:
+  joints that roll         slides that their hinges move
+  friction, rods, metal    springs and plastic springs (springyield, MuJoCo 4) of the hinges, fitted to loops
+                           of the simulation
+  gains, offsets, couplings, lags, delays, creep, a constant force on the tip    actuators
+  a tracker's frame and delay    the sensors'
 outputs: MODEL.xml, in SI units, with a keyframe `rest`, sensors `position_<k>`, `tip_position` [m] and
-`tip_quat`, and a text `control_<actuator>` that says what each control is; MODEL_export.json beside it, what
-this verb prints: how each cause travelled, what did not with its cost in mm, and how far the file in MuJoCo
-alone is from `simulate` on loops that were not fitted, in mm and % of the length.
+`tip_quat`, and a text `control_<actuator>` that says what each control is. MODEL_export.json beside it has
+what this command prints: how each cause travelled, and what did not, with its cost in mm. It also has how far
+the file in MuJoCo alone is from `simulate`, on loops that were not fitted, in mm and % of the length.
 --for mjx, --for warp: without plastic springs (friction losses in their place), delays and implicit springs.
 The file is written before it is judged; a robot of many disks may take minutes for either.
 exit status: 1 where the file is more than 2 % of the length off; it is written all the same.

@@ -7,15 +7,16 @@ example:
 targets: a CSV with any of tip_x_mm, tip_y_mm, tip_z_mm [mm], the direction of the tip's axis as
 tip_direction_x, _y, _z, and every other output in mm or deg (angle_bending_deg, body_15_x_mm); an empty
 cell asks nothing. A column time_s [s] may be there; without it rows are a second apart.
-Each target is solved on the robot's analytic twin by bounded least squares, after the rows before it, so
-that the hysteresis of a robot that rubs is compensated. Then the rows are simulated, and what the
+Each target is solved on the robot's fast model by bounded least squares, after the rows before it, so that
+the hysteresis of a robot that rubs is compensated. Then the rows are simulated, and what the
 simulation misses is corrected (--corrections, 0: simulated and not corrected; --twin-only: not simulated).
 limits: a catheter's joints have their own; tendons are pulled up to what bends a segment by 90 deg
 without friction (assumed), unless --limit says otherwise, in the unit of the column.
-outputs: OUT.csv holds time_s and the inputs, as `simulate --inputs` takes them; OUT_report.csv beside it
-the targets, what is reached of them, ik_error_mm, ik_error_deg, ik_reachable (1 or 0: within --tolerance-mm,
-default 0.1 % of the length, and --tolerance-deg, default 0.2) and ik_limit: of a target out of reach the
-limits that bind at the nearest posture found, or `workspace` where none does.
+outputs: OUT.csv holds time_s and the inputs, as `simulate --inputs` takes them. OUT_report.csv beside it has
+the targets, what is reached of them, ik_error_mm, ik_error_deg, ik_reachable and ik_limit. ik_reachable is 1
+within --tolerance-mm (default 0.1 % of the length) and --tolerance-deg (default 0.2), else 0. For a target
+out of reach, ik_limit has the limits that bind at the nearest posture found, or `workspace` where none
+does.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="corrections by simulation, at most; default 3",
     )
     how.add_argument(
-        "--twin-only", action="store_true", help="do not simulate: faster, errors are the twin's"
+        "--twin-only", action="store_true", help="do not simulate: faster, errors are the fast model's"
     )
     arguments.add_plot(parser)
 

@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--unit",
         choices=ANGLES,
         default="",
-        help="of motors' angles; counts are an encoder's; else by their names, or guessed",
+        help="of motors' angles (counts are an encoder's); else by their names, or guessed",
     )
     parser.add_argument(
         "--counts-per-turn",
@@ -67,12 +67,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--rate", metavar="HZ", type=arguments.number, help="of a file that counts frames alone"
     )
     parser.add_argument(
-        "--gravity", metavar="GX,GY,GZ", help="in the base frame [m/s^2]; default: not stated, 0,0,0"
+        "--gravity", metavar="GX,GY,GZ", help="in the base frame [m/s^2]; default not stated, 0,0,0"
     )
     parser.add_argument(
         "--motion",
         choices=("held", "dynamic"),
-        help="whether each row was held until at rest; default: held, as a guess",
+        help="whether each row was held until at rest; default held, as a guess",
     )
 
 
@@ -114,7 +114,7 @@ def run(options: argparse.Namespace) -> int:
     unsure = sum(not guess.sure for guess in proposal.lines)
     print(
         f"wrote {options.output}: {len(dataset.trials)} trials, {rows} rows; "
-        f"{unsure} of {len(proposal.lines)} things are UNSURE; see dataset.toml"
+        f"{unsure} of {len(proposal.lines)} things are UNSURE, see dataset.toml"
     )
     print(f"next: catheter-sim diagnose {options.output} -o {options.output}_report")
     return 0

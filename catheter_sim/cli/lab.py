@@ -2,8 +2,8 @@
 
 examples:
   catheter-sim lab mitral_4dof --hide backlash.play=8 --play in.csv -o out.csv
-  catheter-sim lab mitral_4dof --hide random --seed 3 --loop -o settled --reveal hidden.json
-  catheter-sim lab mitral_4dof --data my_data --recordings inbox --columns tip_x_mm,tip_z_mm --loop -o settled
+  catheter-sim lab mitral_4dof --hide random --seed 3 --loop -o found --reveal hidden.json
+  catheter-sim lab mitral_4dof --data my_data --recordings inbox --columns tip_x_mm,tip_z_mm --loop -o found
 
 The bench is a robot that starts at rest, plays a file of inputs row by row, each held until it rests, and
 measures. It refuses what goes beyond its limits: --limit INPUT=LEAST,MOST in the unit of the column (tension
@@ -17,11 +17,11 @@ left out is drawn so that it shows; the tracker's noise and the specimen's error
 A real bench is a folder, --recordings: the loop puts NAME_inputs.csv there and reads NAME.csv (time_s and
 --columns) when it has arrived whole. Files may come half-written, twice, or in any order.
 
---loop diagnoses, proposes the programme that is expected to tell most between the causes still believed,
-plays it in six sizes, and diagnoses everything together, until one cause stands at 0.95 or the budget ends
-(--experiments, --minutes). It begins with --data, a data set, or by playing the loops of each channel. DIR
-gets story.md and story.html, which tell it, data/ (a data set for `diagnose`), diagnosis/ (the last report),
-experiments/ and steps.json; started again with the same DIR it goes on.
+--loop diagnoses, proposes the programme that best tells apart the causes that are still likely, plays it in
+six sizes, and diagnoses everything together. It ends when one cause has a probability of 0.95, or with the
+budget (--experiments, --minutes). It begins with --data, a data set, or by playing the loops of each
+channel. DIR gets story.md and story.html, which tell it, data/ (a data set for `diagnose`), diagnosis/
+(the last report), experiments/ and steps.json; started again with the same DIR it goes on.
 """
 
 from __future__ import annotations
@@ -87,14 +87,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MIN",
         type=arguments.positive,
         default=math.inf,
-        help="of the bench's time; default: no end",
+        help="of the bench's time; default no end",
     )
     parser.add_argument(
         "--wait",
         metavar="SECONDS",
         type=arguments.not_negative,
         default=0.0,
-        help="for a recording to arrive; default 0: say what is missing, and end",
+        help="for a recording to arrive; default 0, which says what is missing and ends",
     )
     arguments.add_jobs(parser)
 

@@ -7,8 +7,8 @@ example:
   catheter-sim list my_robot.toml --json
 
 A robot's static models are those that `statics ROBOT --model NAME` takes. Effects are set as
---set effects.NAME.PARAMETER=VALUE, in the unit that the parameter's name ends in; without ROBOT their
-parameters are shown for the neuroendoscope_section, and per robot in the JSON, as some of them carry
+--set effects.NAME.PARAMETER=VALUE, in the unit that the parameter's name ends in. Without ROBOT their
+parameters are shown for the neuroendoscope_section. The JSON has them for each robot, as some of them carry
 the names of the robot's channels. A form of an effect is on where its numbers are not those of no effect.
 With ROBOT: its inputs, outputs, static models and effects; in a simulation
 every robot also takes forces and moments on its tip, static models where they say so.
@@ -32,7 +32,7 @@ _EXAMPLE_ROBOT = "neuroendoscope_section"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument(
-        "robot", metavar="ROBOT", nargs="?", help="robot id or path of a robot .toml; default: all there is"
+        "robot", metavar="ROBOT", nargs="?", help="robot id or path of a robot .toml; default all there is"
     )
     parser.add_argument("--json", action="store_true", help="for programs")
 

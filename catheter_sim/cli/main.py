@@ -74,11 +74,11 @@ VERBS: dict[str, ModuleType] = {
 _NOT_FINITE = "(overflow|invalid value|divide by zero|underflow) encountered"
 
 _EPILOG = """\
-exit status: 0 done, 1 a check failed, 2 bad usage or bad input (one line on stderr says what)
+exit status: 0 done, 1 a check failed, 2 bad usage or bad input (one line on stderr says what).
 
 example:
   catheter-sim simulate neuroendoscope_section --inputs in.csv -o out.csv
-  catheter-sim VERB --help    describes a verb, with its units and an example
+  catheter-sim COMMAND --help    describes a command, with its units and an example
 """
 
 
@@ -100,7 +100,7 @@ def parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     top.add_argument("--version", action="version", version=f"catheter-sim {__version__}")
-    verbs = top.add_subparsers(dest="verb", metavar="VERB", title="verbs")
+    verbs = top.add_subparsers(dest="verb", metavar="COMMAND", title="commands")
     for name, module in VERBS.items():
         summary, _, rest = (module.__doc__ or "").strip().partition("\n")
         verb = verbs.add_parser(
@@ -154,7 +154,7 @@ def _run(argv: Sequence[str]) -> int:
     except SystemExit as ended:  # --help and --version
         return int(ended.code or 0)
     if arguments.verb is None:
-        raise InputError(f"a verb is needed; choices: {', '.join(VERBS)}")
+        raise InputError(f"a command is needed; choices: {', '.join(VERBS)}")
     arguments.command_line = shlex.join(["catheter-sim", *argv])
     with _known_noise_silenced(), compilations_told():
         # Here and not in each verb: every one of them uses MuJoCo sooner or later.

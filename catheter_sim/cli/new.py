@@ -5,9 +5,10 @@ examples:
   catheter-sim new robot my_wrist --kind notched_tube
   catheter-sim new dataset my_data --robot my_robot.toml
 
-`new robot NAME` writes NAME.toml, a robot that builds and simulates as it stands; `new dataset NAME` a folder
-with dataset.toml and a trial to fill in: inputs that go out and back one by one, by 1 in their units, and
-empty columns for what is measured. Data that a tracker wrote are read as they are: `catheter-sim import`.
+`new robot NAME` writes NAME.toml, a robot that builds and simulates as it stands. `new dataset NAME` writes a
+folder with dataset.toml and a trial to fill in. Its inputs go out and back one by one, by 1 in their units,
+and its columns for what is measured are empty. To read data that a tracker wrote, use `catheter-sim
+import`.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def _dataset(options: argparse.Namespace) -> int:
     from catheter_sim.tables import replaced_when_whole, write_table
 
     if options.robot is None:
-        raise InputError("new dataset: --robot is needed: an id (see `list`), or the path of a robot's file")
+        raise InputError("new dataset: --robot is needed, an id (see `list`) or the path of a robot's file")
     robot, folder = load_robot(options.robot), _free(Path(options.name))
     reference = options.robot
     if reference.endswith(FILES):

@@ -7,11 +7,12 @@ example:
   catheter-sim render neuroendoscope --inputs in.csv -o three.png --rows 1,5,9
   catheter-sim render neuroendoscope_section --inputs in.csv -o loops.gif --curves --width 640 --height 360
 
-The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves; the
+The video (.mp4, or .gif) plays the whole file of inputs, with --curves beside it their curves. The
 picture shows its last row, or the robot at --row or --time, after all rows before it, or several
 --rows in one. Between two rows the inputs lie on the line from one to the other. Tendons are
-coloured by their tension along their length. Measured points in the file of inputs are shown as
-blue balls.
+coloured by their tension along their length; one without tension is grey. Measured points in the file
+of inputs are blue balls, with a line from each computed point; three or more bodies (with the tip)
+make a see-through robot.
 Inputs, units and settings are those of `catheter-sim simulate`. Width and height are in pixels.
 cameras: overview (default: from above, onto the plane in which the robot bends most), side (along +y). Or
 give the looking direction by --azimuth and --elevation.
@@ -38,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--height", metavar="PX", type=size, default=720, help="[pixels], default 720")
     moment = parser.add_mutually_exclusive_group()
     moment.add_argument(
-        "--row", metavar="N", type=arguments.whole_number(1, 10**9), help="row of a picture; 1: the first"
+        "--row", metavar="N", type=arguments.whole_number(1, 10**9), help="row of a picture, from 1"
     )
     moment.add_argument(
         "--time", metavar="S", type=arguments.number, help="time of a picture by the file's time_s [s]"
@@ -49,10 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--curves", action="store_true", help="the inputs' curves beside the video")
     parser.add_argument("--camera", choices=CAMERAS, default=CAMERAS[0], help="where to look from")
     parser.add_argument(
-        "--azimuth", metavar="DEG", type=arguments.number, help="of the looking direction; 90: along +y"
+        "--azimuth", metavar="DEG", type=arguments.number, help="of the looking direction; 90 is along +y"
     )
     parser.add_argument(
-        "--elevation", metavar="DEG", type=_elevation, help="of the looking direction; below 0: downwards"
+        "--elevation", metavar="DEG", type=_elevation, help="of the looking direction; below 0 is downwards"
     )
     parser.add_argument(
         "--zoom", metavar="K", type=arguments.positive, default=1.0, help="larger by this factor; default 1"
@@ -60,6 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--look-at", metavar="X,Y,Z", help="point in the picture's middle [mm]")
     parser.add_argument("--transparent", action="store_true", help="nothing behind the robot, in a picture")
     parser.add_argument("--no-legend", action="store_true", help="the robot alone: no scale, colours, inputs")
+    parser.add_argument("--no-inset", action="store_true", help="no close-up of a joint, or of the base")
 
 
 def _row_numbers(text: str) -> tuple[int, ...]:
@@ -80,6 +82,7 @@ def run(options: argparse.Namespace) -> int:
     check_output_file(options.output)
     from catheter_sim.cli.driven import drive, inputs_until, lines_named
     from catheter_sim.errors import InputError
+    from catheter_sim.pictures.beside import MeasuredPoints
     from catheter_sim.pictures.images import PICTURE, suffix_of
     from catheter_sim.pictures.offscreen import Look, render
 
@@ -93,8 +96,10 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"{options.output}: --curves stand beside a video; choices: .mp4, .gif")
     driven = drive(options)
     shown = inputs_until(driven, max(several, default=options.row), options.time)
+    places = driven.recording.points_at(shown.time_s)
+    measured = None if places is None else MeasuredPoints(driven.recording.point_names, places)
     with lines_named(driven.table):
-        render(
+        left_out = render(
             driven.robot,
             shown,
             tuple(driven.gravity_mps2),
@@ -109,11 +114,16 @@ def run(options: argparse.Namespace) -> int:
                 None if options.look_at is None else arguments.vector(options.look_at, "--look-at", "mm"),
                 options.transparent,
                 not options.no_legend,
+                not options.no_inset,
             ),
             progress=True,
             rows=[row - 1 for row in several],
             curves=options.curves,
-            points=driven.recording.points_at(shown.time_s),
+            measured=measured,
         )
+    if left_out:
+        print(f"no room beside the robot for {', '.join(left_out)}; give a larger picture")
+    if measured is not None:
+        print(measured.words())
     print(f"wrote {options.output}: {options.width} x {options.height} pixels")
     return 0

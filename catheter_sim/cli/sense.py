@@ -6,15 +6,16 @@ example:
   catheter-sim sense neuroendoscope_section --readings r.csv -o shape.csv --uncertain friction.mu=0.05
 
 readings: a CSV with time_s [s] and the robot's input columns as they were measured (tension_active_N,
-displacement_bending_mm), and besides any output in mm, deg or N that was measured too (tension_bending_N
-of a catheter that is driven by displacements, angle_bending_deg of a tracker); these make the regions
+displacement_bending_mm). Add any output in mm, deg or N that was measured too (tension_bending_N of a
+catheter that is driven by displacements, angle_bending_deg of a tracker). These make the regions
 narrower, and an empty cell of theirs was not measured. Friction's history is followed row after row.
 noise: standard deviations of the readings, white.
 uncertain: numbers of the robot that are known only within a range, KEY=HALF, in the key's unit. By default
 those that differ between specimens of a published robot (elastic constant 3 %, friction 20 %, moment arm
 1 % of a neuroendoscope_section); --uncertain none: the robot is as specified.
-outputs: each column with the ends of the region that holds 95 % of the truth: tip_x_mm, tip_x_mm_low,
-tip_x_mm_high. Regions are those of each column and row by itself, to first order in noise and ranges.
+outputs: each column with the ends of the region that holds the true value in 95 % of cases: tip_x_mm,
+tip_x_mm_low, tip_x_mm_high. Regions are those of each column and row by itself, to first order in noise and
+ranges.
 """
 
 from __future__ import annotations

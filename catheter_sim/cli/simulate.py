@@ -5,11 +5,11 @@ example:
   catheter-sim simulate neuroendoscope --inputs in.csv -o out.csv --gravity 0,0,-9.81 --set friction.mu=0
 
 inputs: a CSV with a header: time_s [s] and the robot's channels, each with its unit in its name
-(tension_right_N, displacement_3_mm), force_tip_x_N ..., moment_tip_x_Nm ..., and on the far face of body k
-force_body_<k>_x_N ..., moment_body_<k>_x_Nm ...; a channel that is left out is zero. The robot starts at
-rest, without history; inputs move linearly from row to row. At most 100000 rows; time_s may start anywhere
-(epoch seconds, say): the robot's clock starts at the first row.
-A row is held until the robot has come to rest. With --dynamic only the first one is: from there the robot
+(tension_right_N, displacement_3_mm). Forces are force_tip_x_N ..., moment_tip_x_Nm ..., and on the far face
+of body k force_body_<k>_x_N ..., moment_body_<k>_x_Nm ... A channel that is left out is zero. The robot
+starts at rest, without history; inputs move linearly from row to row. At most 100000 rows; time_s may
+start anywhere (epoch seconds, say): the robot's clock starts at the first row.
+A row is held until the robot has come to rest. With --dynamic only the first one is. From there the robot
 moves by its masses' inertia and its own damping (dynamics.damping_time_s = eta / E of its material,
 dynamics.tendon_damping_N_s_per_m, dynamics.servo_lag_s), and time_s is the motion's time. Two rows that are
 a microsecond apart are a jump.

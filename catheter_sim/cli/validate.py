@@ -19,7 +19,7 @@ from catheter_sim.files import check_output_folder
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument("robots", metavar="ROBOT", nargs="*", help="robot id (see `list`); default: all")
+    parser.add_argument("robots", metavar="ROBOT", nargs="*", help="robot id (see `list`); default all")
     arguments.add_output(parser, "DIR", "folder to write, made where it does not exist")
 
 

@@ -22,6 +22,7 @@ A folder with a report.html in place of the robot opens that report.
 from __future__ import annotations
 
 import argparse
+import shlex
 from pathlib import Path
 
 from catheter_sim.cli import arguments
@@ -80,14 +81,15 @@ def _in_browser(options: argparse.Namespace) -> int:
     from catheter_sim.public.live import LOOPBACK, LiveServer, live_robot
     from catheter_sim.viewer import no_screen
 
+    command = shlex.join([options.robot, *(part for item in options.settings for part in ("--set", item))])
     if options.inputs is None:
         specified, _ = load(options.robot, options.settings)
-        live = live_robot(specified, arguments.gravity(options.gravity or "0,0,0"))
+        live = live_robot(specified, arguments.gravity(options.gravity or "0,0,0"), command=command)
     else:
         driven = drive(options)
         specified = driven.specified
         x, y, z = driven.gravity_mps2.tolist()
-        live = live_robot(specified, (x, y, z), driven.recording, Path(options.inputs).name)
+        live = live_robot(specified, (x, y, z), driven.recording, Path(options.inputs).name, command)
     _say_outside(outside_the_robot(specified))
     server = LiveServer(live, options.host or LOOPBACK, options.port)
     server.begin()

@@ -7,10 +7,10 @@ example:
 Every static model that knows the robot goes through the file, row after row as `catheter-sim statics`, and
 its tip is compared with the reference's: the simulation, or --reference, a static model. Inputs, units and
 settings are those of `catheter-sim simulate`.
-outputs: of each model the largest and mean distance of the tip [% of the robot's length], the largest angle
-between the tips' frames [deg], and processor time of a row [ms]: of the solvers alone where all models have
-one, else as the models are called from Python. The answer is the fastest model within the tolerance; of those
-within half as long again the most accurate.
+outputs: for each model the largest and mean distance of the tip [% of the robot's length], the largest angle
+between the tips' frames [deg], and processor time of a row [ms]. The time is that of the solvers alone where
+all models have one, else of the models as called from Python. The answer is the fastest model within the
+tolerance; of those within half as long again the most accurate.
 Exit status 1 where no model is within the tolerance.
 """
 
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DEG",
         type=arguments.positive,
         default=math.inf,
-        help="of the tip's frame; default: any",
+        help="of the tip's frame; default any",
     )
     parser.add_argument(
         "--reference", metavar="NAME", default="simulation", help="with what all are compared"

@@ -4,9 +4,9 @@ example:
   catheter-sim workspace neuroendoscope -o points.csv --plot points.png
   catheter-sim workspace chest_tube -o points.csv --samples 500 --limit tension_base_right_N=0,40
 
-Inputs are drawn evenly within their ranges, every second draw with tendons left slack at random; each is
-solved on the robot's analytic twin from rest, effects and gravity included, and left out where nothing
-balances. Ranges and --limit are those of `catheter-sim ik`.
+Inputs are drawn evenly within their ranges, every second draw with tendons left slack at random. Each is
+solved on the robot's fast model from rest, with causes and gravity. It is left out where nothing balances.
+Ranges and --limit are those of `catheter-sim ik`.
 outputs: a row for each point: the inputs' columns in their units, tip_x_mm, tip_y_mm, tip_z_mm [mm],
 and the direction of the tip's axis (tip_direction_x, _y, _z). Same seed, same points.
 """

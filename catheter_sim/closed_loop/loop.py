@@ -146,7 +146,7 @@ class Proposed:
         settles: probability that it settles the matter, as far as the hypotheses go.
         tried: number of programmes that it was chosen from.
         alive: hypotheses that it is to tell apart, with their weights.
-        off: by how many times the noise each rival, fitted anew, would be off if the first one were right.
+        off: by how many times the noise each rival, refitted, would be off if the first one were right.
         sensors: what one more sensor would be worth a word.
     """
 
@@ -224,7 +224,7 @@ class LoopFolder:
             if document["about"].get(key) != value:
                 raise InputError(
                     f"{path}: {key} is {document['about'].get(key)}, not {value}: the folder holds another "
-                    "bench's loop; give another folder"
+                    "bench's loop. Give another folder"
                 )
         return steps
 

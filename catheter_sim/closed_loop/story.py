@@ -56,7 +56,7 @@ def title_of(outcome: LoopOutcome, robot: str) -> str:
         return f"What is wrong with {robot} is {listed([words(name) for name in outcome.causes])}, {after}"
     if outcome.end == WAITING:
         return f"What is wrong with {robot} is not known yet: the bench is waited for"
-    return f"What is wrong with {robot} is not settled {after}"
+    return f"What is wrong with {robot} is not known {after}"
 
 
 def paragraphs_of(outcome: LoopOutcome) -> list[str]:
@@ -113,7 +113,7 @@ def _found_words(found: LoopFinding, recordings: int, before: LoopFinding | None
         text += f" But the data could not tell apart {groups}: each explains them as well"
         return f"{text} ({_believed(found)})."
     if len(open_now) > 1:
-        return f"{text} Nothing was settled: {_believed(found)}."
+        return f"{text} Nothing was sure: {_believed(found)}."
     if open_now:
         return f"{text} It was not sure yet: {_believed(found)}."
     return text
@@ -121,17 +121,17 @@ def _found_words(found: LoopFinding, recordings: int, before: LoopFinding | None
 
 def _proposed_words(item: Proposed) -> str:
     if item.name == _FIRST:
-        return f"Nothing was known, so that the bench first played {item.words} ({_minutes(item.minutes)})."
+        return f"Nothing was known, so the bench first played {item.words} ({_minutes(item.minutes)})."
     text = f"Of {_counted(item.tried, 'programme')} that the bench can play, one promised most: {item.words}"
     if item.nats is not None and item.settles is not None:
-        text += f", {_minutes(item.minutes)}, {item.nats:.2f} nat (it settles the matter with "
+        text += f", {_minutes(item.minutes)}, {item.nats:.2f} nat (it decides with "
         text += f"{100 * item.settles:.0f} %)"
     text += "."
     if item.off and item.alive:
         first = _rival(next(iter(item.alive)))
         rivals = [f"{_rival(name)} by {value:.1f}" for name, value in item.off.items()]
         text += (
-            f" If {first} is right, the others, fitted anew, would be off there: {listed(rivals)} "
+            f" If {first} is right, the others, after a refit, would still be off there: {listed(rivals)} "
             "times the noise."
         )
     if item.sensors:

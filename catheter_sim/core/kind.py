@@ -20,7 +20,6 @@ from catheter_sim.core.effect import Handle, Mover, Sizes
 from catheter_sim.core.inputs import Drive, Outputs
 from catheter_sim.core.law import Batched, Laws
 from catheter_sim.core.motion import Integration
-from catheter_sim.core.posture import Posture
 from catheter_sim.core.published import InputLimits, QuickModel, Robots, SpeedCase
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.core.statics import Statics, Twins
@@ -35,6 +34,25 @@ if TYPE_CHECKING:  # what listing robots and registering environments need not w
 
 S = TypeVar("S", bound=RobotSpec)
 R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)
+
+
+@dataclass(frozen=True)
+class CloseUp:
+    """Where a picture looks closely at a robot as it stands, and what it draws there.
+
+    Attributes:
+        middle: what is in the middle, base frame, shape (3,) [m].
+        across: the direction to look along, one way or the other, shape (3,), of length 1.
+        height_m: what is seen from top to bottom.
+        lines: points of each, base frame, shape (n, 3) [m], and its colour, red, green, blue, opacity.
+        words: what is shown, in a few words for each line of text.
+    """
+
+    middle: Array
+    across: Array
+    height_m: float
+    lines: tuple[tuple[Array, tuple[float, float, float, float]], ...]
+    words: tuple[str, ...]
 
 
 class Checks(Protocol[R_in]):
@@ -97,10 +115,10 @@ class Model(Protocol[R_in]):
 
 
 class Picture(Protocol[R_in]):
-    """`picture.py`: what is drawn of me, and where is my centreline?"""
+    """`picture.py`: what is drawn of me, and which of it lies about my axis?"""
 
     CENTRELINE_PARTS: tuple[str, ...]
-    """What the names of geoms begin with (`<prefix>_`) whose pixels' middle is the centreline."""
+    """What the names of geoms begin with (`<prefix>_`) whose middle is the axis of the straight robot."""
 
     def meshes(self, robot: R_in) -> Mapping[str, trimesh.Trimesh]:
         """Return every mesh that `parts` names, by its name."""
@@ -108,11 +126,18 @@ class Picture(Protocol[R_in]):
     def parts(self, robot: R_in, element: int) -> tuple[Part, ...]:
         """Return what a body of the chain shows: 0 for what carries the base, then from base to tip."""
 
-    def centreline(self, robot: R_in, posture: Posture) -> Array:
-        """Return points on the centreline from what is drawn of the base to the tip, shape (n, 3) [m]."""
-
     def geom_places(self, robot: R_in, model: mujoco.MjModel) -> Array:
         """Return where the model's geoms stand in their bodies, as simulated, shape (ngeom, 3) [m]."""
+
+
+class JointProfile(Protocol[R_in]):
+    """`profile.py`, which may be missing: where do I hide what a picture's close-up must show?"""
+
+    def close_up(self, robot: R_in, model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> CloseUp:
+        """Return where to look closely as `data` stands.
+
+        `qpos`, shape (nq,): the joint positions by which one place is chosen for a whole video.
+        """
 
 
 class Steering(Protocol[R_in]):
@@ -198,8 +223,13 @@ class Kind(Generic[S]):
 
     @cached_property
     def picture(self) -> Picture[S]:
-        """What is drawn of me, and where is my centreline?"""
+        """What is drawn of me, and which of it lies about my axis?"""
         return importlib.import_module(f"{self.package}.picture")
+
+    @cached_property
+    def profile(self) -> JointProfile[S] | None:
+        """Where must a picture look closely? None: at the base."""
+        return self.face("profile", "close-up") if self.has("profile") else None
 
     @cached_property
     def steering(self) -> Steering[S]:

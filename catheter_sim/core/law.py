@@ -34,7 +34,7 @@ BASE = "base_frame"  # body that carries a robot in a model that is not its own
 
 
 class Views:
-    """Arrays of a MuJoCo model or state, which its bindings make anew at every access, each made once."""
+    """Arrays of a MuJoCo model or state, which its bindings make at every access, each made once."""
 
     def __init__(self, *names: str, one_copy: bool = False) -> None:
         """Prepare; `one_copy`: an axis of one copy goes before the others, for loops over many."""

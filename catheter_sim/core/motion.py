@@ -8,16 +8,16 @@ How they are chosen. With the step h MuJoCo's `implicitfast` does v' = v + h (M 
 q' = q + h v'. Written about the middle of a step that is the leapfrog rule with damping D and the mass
 M + h D / 2, exactly. The leapfrog rule is stable where this mass exceeds h^2 K / 4, in any direction; with
 equality it is the trapezoidal rule, which neither damps nor feeds any frequency. Where T, the damping time,
-is half a step or more, hinges of stiffness K with D = K T so are safe without masses that they do not have,
-and a mode of frequency w swings slower by w^2 h T / 4, of 1. But forces of gyration are those of the step
+is half a step or more, hinges of stiffness K with D = K T so are safe without masses that they do not have.
+A mode of frequency w swings slower by w^2 h T / 4, of 1. But forces of gyration are those of the step
 before: without damping they feed large motion, so that T is taken as one step at least.
 
-A robot of springs and masses alone, whose T is less than a step, takes `RK4`, which neither damps nor feeds
-(nearly: its stability ends where w h = 2.8, and its damping begins not much before). Each hinge gets the
-armature K (h^2 / 8 + h T / 2.8), which keeps every w below that.
+A robot of springs and masses alone, whose T is less than a step, takes `RK4`, which neither damps nor
+feeds. (Nearly: its stability ends where w h = 2.8, and its damping begins not much before.). Each hinge
+gets the armature K (h^2 / 8 + h T / 2.8), which keeps every w below that.
 
-Tendons that are driven by displacement are springs a thousand times as stiff, and stiffnesses that laws
-change between steps may be, so such models take the integrator `discrete`, for which joints, tendons and
+Tendons that are driven by displacement are springs a thousand times as stiff, and so may be stiffnesses
+that laws change between steps. Such models take the integrator `discrete`, for which joints, tendons and
 actuators are implicit springs: (M + h D + h^2 K) v' = M v + h f. That is the first rule with K (T + h) for
 the damping: each hinge gets K (T - h) and, where T is shorter than a step, damps as if T were one.
 """
@@ -81,9 +81,9 @@ def require_steps(
     step_s, seconds = motion_step_s(robot), float(time_s[-1] - time_s[0])
     if seconds / step_s > most_steps:
         raise InputError(
-            f"{where}: time_s runs over {seconds:g} s, {said} at most {most_steps * step_s:g} s: "
-            f"{len(time_s)} rows, {seconds / step_s:.0f} steps of {step_s:g} s; the budget is {most_steps}. "
-            f"Is time_s in seconds? If so, raise {option}"
+            f"{where}: time_s runs over {seconds:g} s, {said} at most {most_steps * step_s:g} s. "
+            f"These are {len(time_s)} rows, {seconds / step_s:.0f} steps of {step_s:g} s; "
+            f"the budget is {most_steps}. Is time_s in seconds? If so, raise {option}"
         )
 
 

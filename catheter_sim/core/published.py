@@ -150,7 +150,7 @@ class DriveLevels:
         lowest: level at the range's lower end, 0 for a tension or an advance and -1 for a bend or a
             turn, shape (d,); the upper end is 1, and rest is 0.
         tendon: tension [N] or displacement [m] of each tendon at level 1 of each drive, shape (t, d).
-        bend: frictionless bends at level 1 of each drive alone, shape (*b, d); (*b) is the shape of
+        bend: frictionless bends at level 1 of each drive alone, shape (*b, d). (*b) is the shape of
             the robot's bends (`QuickModel`): toward +x and +y, shape (s, 2, d) [rad], or a
             catheter's joint values, shape (m, d) [rad, m].
         tension: of each tendon at the end of its range as a tension drive, shape (t,) [N].
@@ -176,7 +176,7 @@ class QuickModel(Protocol):
     size. Who steers by it looks again after each change.
 
     Bends say how the robot stands, as few numbers of one shape (*b): the bend of each segment toward +x
-    and +y, shape (s, 2) [rad]; of a catheter the value of each joint, shape (m,) [rad, m].
+    and +y, shape (s, 2) [rad]. Of a catheter the value of each joint, shape (m,) [rad, m].
     """
 
     @property

@@ -147,15 +147,15 @@ class Mount:
 class Dynamics:
     """What sets the motion between two equilibria, but no equilibrium.
 
-    Aids for coming to rest, which act only where rows are held: a hinge of stiffness K gets the damping
+    Aids for coming to rest, which act only where rows are held. A hinge of stiffness K gets the damping
     K * relaxation_time_s and the armature K * inertia_time_s**2, so that the approach to rest is overdamped
     alike for stiff and soft robots: dry friction remembers an overshoot.
 
-    Physical damping, which acts only in motion; none by default, a robot that is to move as a real one
-    states its own: material that is strained at a rate resists as Kelvin and Voigt's, stress = E (strain +
-    damping_time_s * rate), so that a hinge of stiffness K gets the damping K * damping_time_s; a tendon's
-    channel resists by a force along the tendon; a servo follows its command by a first-order lag.
-    `core.motion` makes of these what the integrator needs.
+    Physical damping, which acts only in motion. There is none by default: a robot that is to move as a real
+    one states its own. Material that is strained at a rate resists as Kelvin and Voigt's, stress = E
+    (strain + damping_time_s * rate), so that a hinge of stiffness K gets the damping K * damping_time_s.
+    A tendon's channel resists by a force along the tendon. A servo follows its command by a first-order
+    lag. `core.motion` makes of these what the integrator needs.
     """
 
     timestep_s: float = 0.005  # of held rows

@@ -34,8 +34,8 @@ class StaticRun:
         inputs: the inputs that it was given.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         postures: one per row of the inputs.
-        residual: largest unbalanced moment at any element, per row, shape (r,) [N m]; of `pk`, what its
-            angles miss of the displacements [m].
+        residual: largest unbalanced moment at any element, per row, shape (r,) [N m]; of `pk` and
+            `four_bar`, what they miss of the displacements [m].
     """
 
     model: str

@@ -16,7 +16,7 @@ from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
 
 SETTLED_FACTOR = 1.1
-"""[times the error's white part] An error within it is settled: nothing more is looked for than one step
+"""[times the error's white part] An error within it is good enough: nothing more is looked for than one step
 finds, and of a robot in motion nothing more. Why: what is white from row to row has no cause."""
 WILD_ERROR = 3.0
 """[times the error's white part] A row's error beyond it counts as so much there. Why: one row in a hundred
@@ -72,7 +72,7 @@ def leaves_only_noise(problem: Problem, best: Fit, factor: float = SETTLED_FACTO
 
 
 def leaves_only_noise_in_motion(problem: Problem, best: Fit) -> bool:
-    """Return whether a hypothesis is settled where a further step costs minutes: of a robot in motion."""
+    """Return whether a hypothesis is good enough where a further step costs minutes: of a robot in motion."""
     return problem.moving and leaves_only_noise(problem, best)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -142,6 +142,14 @@ def _series(split: SplitProblem, before: Calibrated, after: Fit) -> tuple[TrialF
     """Return every trial, measured and computed by both hypotheses."""
     trials = (*split.train.trials, *split.heldout.trials)
     return trial_fits(split.train, trials, before.fit, after)
+
+
+def uncorrected(fits: Sequence[TrialFit]) -> tuple[TrialFit, ...]:
+    """Return trials of which the calibrated model without causes is the one reported."""
+    return tuple(
+        replace(fit, after=fit.before, shapes=fit.shapes and replace(fit.shapes, after=fit.shapes.before))
+        for fit in fits
+    )
 
 
 def examined_plainly(split: SplitProblem, before: Calibrated, kept: HeldoutChoice) -> Examined:
@@ -376,7 +384,7 @@ def concluded_plainly(
     fits, structure = examined.fits, dict(examined.structure)
     if not verdict.corrects:
         by_unit, ordered = kept.pruning.held_out(verdict.shown), ()
-        fits = _series(split, before, before.fit)
+        fits = uncorrected(fits)
         structure["after"] = structure["before"]
     causes = tuple(cause for cause in ordered if cause.name in verdict.established)
     corrections = tuple(cause for cause in ordered if cause not in causes)
@@ -501,7 +509,7 @@ def _as_chosen_in_training(
     """Return the held-out numbers of the hypothesis as it was chosen, where another one is reported."""
     if kept.pruned.after is choice.fit:
         return {}
-    fits = trial_fits(split.train, split.heldout.trials, before.fit, choice.fit)
+    fits = trial_fits(split.train, split.heldout.trials, before.fit, choice.fit, shapes=False)
     found, _ = further_numbers(split.train, fits, choice.fit)
     return {f"{name}_as_chosen_in_training": value for name, value in found.items() if "after" in name}
 

@@ -376,10 +376,10 @@ def outputs_that_do_not_follow(problem: Problem, models: Sequence[Array]) -> tup
     """Return the points, or other outputs, that do not follow the inputs although the computed ones do.
 
     Such an output is hardly a function of the inputs, of their squares, and of what the model says now and
-    some rows before: these explain less than `FOLLOWS_SHARE` of its variance (adjusted for their number). It
-    is noise, or a tracker that nobody attached. Where noise would hide the expected motion nothing is said,
-    unless it does so in every output. `models`: what the calibrated model says of the training trials, shape
-    (r, o) each.
+    some rows before. These explain less than `FOLLOWS_SHARE` of its variance (adjusted for their number).
+    It is noise, or a tracker that nobody attached. Where noise would hide the expected motion nothing is
+    said, unless it does so in every output. `models`: what the calibrated model says of the training
+    trials, shape (r, o) each.
     """
     measured = [measured_of(trial, problem.columns) for trial in problem.trials]
     groups = {point: list(axes.values()) for point, axes in points_of(problem.columns).items()}

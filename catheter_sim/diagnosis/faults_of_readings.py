@@ -223,10 +223,10 @@ def bumped_trackers(
     """Return where every position jumps from one row to the next and stays off: the tracker was moved.
 
     The error of a wrong model changes with the inputs and comes back with them. So a jump of the error is a
-    bump where no other jump of the trial is like it (`BUMP_ALONE`), and where rows after it are off by that
-    jump beside rows before it that have nearly the same inputs and move the same way. No bump is seen where
-    the inputs go beyond all earlier ones: there something of the robot may have given way for good. `models`:
-    what the calibrated model says, shape (r, o) each; `noise`: of each unit.
+    bump under two conditions. No other jump of the trial is like it (`BUMP_ALONE`), Rows after it are off
+    by that jump beside rows before it that have nearly the same inputs and move the same way. No bump is
+    seen where the inputs go beyond all earlier ones: there something of the robot may have given way for
+    good. `models`: what the calibrated model says, shape (r, o) each; `noise`: of each unit.
     """
     places = [index for index, name in enumerate(columns) if unit_of(name) == "mm"]
     found = []

@@ -390,7 +390,7 @@ def descend(
     """Return where Levenberg-Marquardt leads from `start`, to a smaller sum of squares or to `start` itself.
 
     The derivative costs a robot for each number, so that it is carried from step to step by the least change
-    that agrees with the errors there (Broyden 1965, eq. 4.5), and worked out anew where a step gains little
+    that agrees with the errors there (Broyden 1965, eq. 4.5), and computed again where a step gains little
     of what was promised (`FAIR_GAIN`), and before the search ends. Numbers at a bound that the gradient
     pushes outward are held. Of the residuals, only `keep` count. What is returned is exact or less than
     `converged` away from where it was. Unless `exact`, it need be so by a carried derivative only: enough
@@ -528,9 +528,10 @@ def left_out_residuals(task: FitTask, at: Linearised, block: np.ndarray, well: b
     """Return the residual of each fold under the parameters fitted without it, shape (n,).
 
     Those parameters are one Gauss-Newton step away from the fit to all rows. Where this step hardly changes
-    the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals; otherwise they are computed
-    with the full model: where the whole step would raise the error on the rows kept, a part of the step away,
-    and where any part would raise it, with the rows kept fitted anew; unless `well`, as fitted to all rows.
+    the rows left out (`FOLD_FIRST_ORDER`), the derivative gives their residuals. Otherwise they are
+    computed with the full model. Where the whole step would raise the error on the rows kept, that is a
+    part of the step away. Where any part would raise it, the rows kept are fitted again. Unless `well`, as
+    fitted to all rows.
     """
     fold = fold_of(block)
     keeps = [fold != index for index in np.unique(fold)]

@@ -1,9 +1,9 @@
 """How much of what is left follows from the inputs at all: the error that a flexible model leaves.
 
-A kernel ridge (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, sections 2.2 and 8.1:
-a sparse set of landmarks) learns what the physics leaves in the training trials, as any smooth function of
-the inputs, of their history and of the computed outputs. Its two numbers are chosen by stretches left out of
-the training trials. What it then leaves of the held-out trials is the floor: it decides words, never causes.
+A kernel ridge (Rasmussen and Williams 2006, sections 2.2 and 8.1: a sparse set of landmarks) learns what
+the physics leaves in the training trials, as any smooth function of inputs, history and outputs. Its two
+numbers are chosen by stretches left out of the training trials. What it then leaves of the held-out
+trials is the floor: it decides words, never causes.
 
 What the reported model leaves above the floor follows from the inputs, whether or not its cause is known.
 What lies below the floor does not, or takes more data to learn.

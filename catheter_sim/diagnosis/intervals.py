@@ -31,12 +31,12 @@ def intervals(result: Fit, margin: Array | None = None) -> dict[tuple[str, str],
 
     The wider one of two intervals. Where residuals are white, that of least squares: s^2 A^-1 with A = J^T J
     and Student's t with as many degrees of freedom as residuals are left. Where residuals of one block depend
-    on one another, blocks count, not rows: the cluster-robust A^-1 (sum_b g_b g_b^T) A^-1 G / (G - 1), with
-    g_b a block's gradient and G blocks, and Student's t with G - 1 degrees of freedom (Liang and Zeger 1986;
-    Cameron and Miller 2015). A number known beforehand brings its own precision to A, also where it stands at
-    a bound. Another value held at a bound, or one without influence, has the interval of its bounds.
-    `margin`, shape (p,), is what a model that is not exact may put the values off by (`model_margin`); noise
-    says nothing about that, so that it is added to both sides.
+    on one another, blocks count, not rows. The covariance is the cluster-robust A^-1 (sum_b g_b g_b^T) A^-1
+    G / (G - 1), with g_b a block's gradient and G blocks. Student's t has G - 1 degrees of freedom (Liang
+    and Zeger 1986; Cameron and Miller 2015). A number known beforehand brings its own precision to A,
+    also where it stands at a bound. Another value held at a bound, or one without influence, has the
+    interval of its bounds. `margin`, shape (p,), is what a model that is not exact may put the values off
+    by (`model_margin`); noise says nothing about that, so that it is added to both sides.
     """
     half = half_widths(result)
     if margin is not None:
@@ -155,11 +155,12 @@ def half_width_by_blocks(result: Fit, inverse: Array, part: Array) -> Array:
 def profile_interval(problem: Problem, result: Fit, name: str) -> Interval:
     """Return the 95 % interval of a calibrated number along the valley of the other numbers.
 
-    All others are fitted anew at each value of it. The interval ends where the sum of squares has risen by
-    s^2 t^2, with s^2 the residuals' variance and t Student's (Bates and Watts 1988, Section 6.1): right also
-    where numbers trade against one another far from where a parabola would hold. Where residuals of one block
-    depend on one another, the rise is scaled up to the wider width of `intervals`. Lower and upper end in the
-    unit of the nuisance number `name`; a bound where the data do not end the interval before it.
+    All others are fitted again at each value of it. The interval ends where the sum of squares has risen by
+    s^2 t^2, with s^2 the residuals' variance and t Student's (Bates and Watts 1988, Section 6.1). It is
+    right also where numbers trade against one another far from where a parabola would hold. Where residuals
+    of one block depend on one another, the rise is scaled up to the wider width of `intervals`. Lower and
+    upper end in the unit of the nuisance number `name`; a bound where the data do not end the interval
+    before it.
     """
     index = [fitted.key for fitted in result.numbers].index(("", name))
     parameter = result.numbers[index].parameter

@@ -90,7 +90,7 @@ def alive_hypotheses(
 ) -> tuple[Alive, ...]:
     """Return the hypotheses that are worth an experiment, most believed first.
 
-    They are the chosen one; for each of its causes that is not sure, the best without it; and for each other
+    They are the chosen one. For each of its causes that is not sure, the best without it; and for each other
     cause that is believed at all, the best with it in a chosen one's place. Where fewer than two are left,
     single causes that the data have never asked about stand beside them, little believed.
 
@@ -621,7 +621,7 @@ def next_experiment(
     """Return what to measure next.
 
     `chosen` is the hypothesis of the verdict, `likeliest` its causes and corrections, the most probable
-    first; `equals` explain the data as well, with another effect in the place of one of its; `groups` are
+    first. `equals` explain the data as well, with another effect in the place of one of its. `groups` are
     effects that these data cannot tell apart, the chosen one first. `noise`: of each output column, shape
     (o,), in file units; `gravity_mps2`: in the base frame, shape (3,) [m/s^2]; `deadline`: on the clock of
     `time.monotonic` [s], after which no inputs are tried any more. New inputs stay inside the training
@@ -669,7 +669,7 @@ def _in_words(groups: Sequence[Sequence[str]]) -> NextExperiment:
 
 
 def advice(names: Sequence[str], before: str = "") -> str:
-    """Return how effects are told apart by other means, after the words `before`; "" where none is known.
+    """Return how to tell effects apart by other means, after the words `before`; "" where none is known.
 
     The effects' own advice is looked through from the measurement back to the command.
     """

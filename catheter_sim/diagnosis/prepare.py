@@ -285,7 +285,8 @@ def training_problem(
 ) -> Problem:
     """Return what is to be fitted: the nominal robot, its twin and the training trials.
 
-    Units are weighed by the white part of the calibrated model's residual. `dataset` is in the base frame;
+    Each unit has the weight of the white part of the calibrated model's residual. `dataset` is in the base
+    frame;
     `frame`: numbers of the tracker's frame to calibrate besides; `twin`: None: it is chosen.
     """
     actuation = train[0].inputs.actuation

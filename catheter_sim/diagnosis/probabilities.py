@@ -85,7 +85,7 @@ def explained(train: Problem, residual: Array, block: np.ndarray, test: Problem)
     """Return what a smooth error of unknown cause, fitted to training residuals, predicts on other trials.
 
     `residual` (n,) is what a hypothesis leaves on the training trials, which are thinned as it is, in
-    weights, and `block` (n,) the stretch of each; so are those of `test` that are returned, shape (m,).
+    weights, and `block` (n,) the stretch of each. So are those of `test` that are returned, shape (m,).
     """
     driven = _driven(train)
     basis = _rows(train, driven)
@@ -219,10 +219,10 @@ class CauseEvidence:
     Attributes:
         named: it is among the causes of the hypothesis.
         over_others: how surely the hypothesis does better than the best one without the cause, or any of its
-            group; of a cause that the hypothesis does not have, how surely the best one in which it stands in
+            group. Of a cause that the hypothesis does not have, how surely the best one in which it stands in
             the place of a cause does better than the hypothesis (mostly below zero).
         over_unknown: how surely the hypothesis does better on the held-out trials than that one without the
-            cause and with a smooth error of unknown cause in its place (`diagnosis.probabilities`); 0 for a
+            cause and with a smooth error of unknown cause in its place (`diagnosis.probabilities`). 0 for a
             cause that the hypothesis does not have.
         ratio: by what factor the error of the one without the cause is larger, of the one in its place
             smaller [natural logarithm].
@@ -424,8 +424,8 @@ def _with_unknown(few: Problem, test: Problem, item: Scored) -> Array:
 class Beliefs:
     """What is probably at work.
 
-    The probability of `each` cause by name, of "none" and of "outside"; in `groups` that of each cause of the
-    hypothesis, or of its group, by the cause's name; in `members`, by the same name, of each group of several
+    The probability of `each` cause by name, of "none" and of "outside". In `groups` that of each cause of the
+    hypothesis, or of its group, by the cause's name. In `members`, by the same name, of each group of several
     that of every member, the likeliest first.
     """
 

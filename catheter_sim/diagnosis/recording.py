@@ -49,6 +49,11 @@ class Recording:
                 columns[ERROR + name] = computed.columns[name] - values[:rows]
         return replace(computed, columns=columns)
 
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of the measured points, as `points_at` has them."""
+        return tuple(points_of(tuple(self.measured.columns)))
+
     def points_at(self, time_s: Array) -> Array | None:
         """Return where points were measured, shape (r, k, 3) [m]; None where none was.
 

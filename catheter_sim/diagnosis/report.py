@@ -131,6 +131,7 @@ _TEMPLATE = "report_template.html"
 
 
 _MOST_CANDIDATES = 6  # rows of the ranking; diagnosis.json holds all
+_PICTURE_COLOURS = 128  # of a picture in the page: two lines, letters and their edges need no more
 
 
 def sentence(diagnosis: DiagnosisResult) -> str:
@@ -294,7 +295,7 @@ def _moving(diagnosis: DiagnosisResult, pictures: Sequence[ReportPicture]) -> di
         "space": space,
         "space_json": page_json(space),
         "space_words": words_on_rows(space) if space else "",
-        "script": page_script("report.js"),
+        "script": page_script("scene.js", "report.js"),
     }
 
 
@@ -325,7 +326,7 @@ def _evidence(diagnosis: DiagnosisResult, pictures: Sequence[ReportPicture]) -> 
                 "caption": picture.caption,
                 "alt": spoken(picture.caption).striptags(),
                 "wide": picture.name != PATHS,
-                "data": png_source(picture.png),
+                "data": png_source(picture.png, _PICTURE_COLOURS),
             }
             for picture in pictures
         ],

@@ -1,12 +1,13 @@
 """The robot in space along a trial, computed before and after: what the report's page turns and plays.
 
 The predictions that make a trial's series know where every element is. They are asked for all of them, so
-that a shape costs no prediction of its own. A page gets some rows of each trial, evenly chosen, and whole
-hundredths of a millimetre.
+that a shape costs no prediction of its own. A page gets whole hundredths of a millimetre; of each trial so
+many rows, evenly chosen, that it stays small.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -25,21 +26,23 @@ from catheter_sim.diagnosis.trials import Trial, place_along, points_of
 from catheter_sim.diagnosis.words import errors_of
 from catheter_sim.effects.apply import measured
 from catheter_sim.effects.varying import without_variations
+from catheter_sim.page.render import page_numbers
+from catheter_sim.simulation.moving_twin import MovingTwin
 from catheter_sim.tables import Table
 from catheter_sim.theory.twins import Prediction
 
 MOST_SHAPES = 2_000
 """[rows] Of a trial whose shape is kept. Why: some 3 MB a trial; a page takes fewer of them."""
-MOST_ROWS = 300
-"""[rows] Of a trial in a page. Why: a motion is smooth with them at 30 a second, over ten seconds."""
-MOST_NUMBERS = 80_000
-"""[numbers] Of places in a page. Why: some 4 characters each, so that 2,000 rows with pictures of 1 MB stay
-below 1.5 MB."""
+MOST_CHARACTERS = 800_000
+"""[characters] Of what a page has of the robot in space. Why: with pictures of 0.4 MB and words of 0.1 MB it
+stays below 1.5 MB."""
 MOST_ERRORS = 4_000
-"""[rows] Of which a page has the error. Why: as of `MOST_NUMBERS`; no screen has more columns to draw in."""
+"""[rows] Of which a page has the error. Why: no screen has more columns to draw in."""
 MOST_ON_LINE = 25
 """[points] Of a centreline in a page. Why: a bend of half a turn is drawn with corners of 8 degrees."""
 _BASE = "body_0"  # the face that the first element stands on
+_PER_MM, _PER_ERROR_MM, _PER_S = 100.0, 1e4, 1e4  # parts of a page's places, errors and times
+_ROUNDS = 5  # of leaving rows out; fewer rows take a little more each
 
 # ----------------------------------------------------------------------------------------------------
 # Where the robot is in a hypothesis, as it would be measured.
@@ -50,9 +53,9 @@ def computed_along(
 ) -> tuple[Array, Array, Centrelines | None]:
     """Return the outputs of two hypotheses along a trial, shape (r, o), and where the robot is in them.
 
-    None: data in motion, whose twin is the simulation; it remembers the measured points alone.
+    None: no twin of ours computes them. Of data in motion both are simulated once more, with all elements.
     """
-    if problem.moving or not isinstance(problem.twin, Prediction):
+    if not isinstance(problem.twin, Prediction):
         return outputs_of(problem, trial, before), outputs_of(problem, trial, after), None
     count = body_count(problem.robot)
     markers = [name for name in points_of(problem.columns) if name.startswith("marker_")]
@@ -69,6 +72,8 @@ def _with_points(problem: Problem, trial: Trial, result: Fit, points: Sequence[s
     assert isinstance(problem.twin, Prediction)
     own, asked = len(problem.columns), _coordinates(points)
     twin = replace(problem.twin, shown=shown_by(problem.robot, (*problem.columns, *asked)))
+    if isinstance(twin.twin, MovingTwin):
+        twin = replace(twin, twin=replace(twin.twin, remembers=False))
     robot = robot_with(problem, result.numbers, result.x)
     found = twin([robot], trial.inputs)[0]
     series = as_measured(problem, result.numbers, result.x, found[:, :own])
@@ -114,44 +119,51 @@ def _thinned(rows: np.ndarray, most: int) -> np.ndarray:
 def in_space(diagnosis: DiagnosisResult, files: Sequence[str]) -> dict[str, Any] | None:
     """Return what a page needs to show the robot in space; None where no point was measured in two axes.
 
-    Places are whole hundredths of a millimetre; `files` are the names of the trials' series.
+    Numbers are as `page_numbers` gives them; `files` are the names of the trials' series.
     """
     points = {name: "".join(axes) for name, axes in points_of(diagnosis.dataset.output_channels).items()}
     points = {name: points[name] for name in sorted(points, key=place_along) if len(points[name]) > 1}
     if not points or not diagnosis.was_fitted:
         return None
-    rows = [_measured_rows(fit.measured) if fit.shapes is None else fit.shapes.rows for fit in diagnosis.fits]
-    most = [min(len(own), MOST_ROWS) for own in rows]
-    per_row = max(9 * len(points) + 6 * len(_on_line(fit)) for fit in diagnosis.fits)
-    share = min(1.0, MOST_NUMBERS / (per_row * max(1, sum(most))))
-    of_errors = min(1.0, MOST_ERRORS / max(1, sum(len(fit.time_s) for fit in diagnosis.fits)))
-    trials = [
-        _of_trial(diagnosis, fit, file, points, _thinned(own, max(2, int(share * count))), of_errors)
-        for fit, file, own, count in zip(diagnosis.fits, files, rows, most, strict=True)
-        if count
-    ]
+    share, trials = 1.0, _of_trials(diagnosis, files, points, 1.0)
+    for _ in range(_ROUNDS):
+        size = sum(len(json.dumps(trial)) for trial in trials)
+        if size <= MOST_CHARACTERS:
+            break
+        share *= 0.95 * MOST_CHARACTERS / size
+        trials = _of_trials(diagnosis, files, points, share)
     shown = max(range(len(trials)), key=lambda index: _worth(trials[index]), default=None)
     if shown is None:
         return None
     return {"trials": trials, "first": shown}
 
 
+def _of_trials(
+    diagnosis: DiagnosisResult, files: Sequence[str], points: dict[str, str], share: float
+) -> list[dict[str, Any]]:
+    """Return what a page has of each trial in which anything was measured, in a share of the rows."""
+    of_errors = min(1.0, MOST_ERRORS / max(1, sum(len(fit.time_s) for fit in diagnosis.fits)))
+    found = []
+    for fit, file in zip(diagnosis.fits, files, strict=True):
+        rows = _measured_rows(fit.measured) if fit.shapes is None else fit.shapes.rows
+        if len(rows):
+            kept = _thinned(rows, max(2, int(share * min(len(rows), MOST_SHAPES))))
+            found.append(_of_trial(diagnosis, fit, file, points, kept, of_errors))
+    return found
+
+
 def words_on_rows(space: dict[str, Any]) -> str:
     """Return what a page says of rows and shapes that it leaves out."""
     said = []
-    shown, known = (sum(count) for count in zip(*(_rows_of(trial) for trial in space["trials"]), strict=True))
+    shown, known = (sum(trial[name] for trial in space["trials"]) for name in ("shown_rows", "measured_rows"))
     if shown < known:
         said.append(
             f"To keep this page small, it shows {shown} of {known} rows, evenly chosen. The CSV files beside "
             "it hold all."
         )
     if all(trial["line"] is None for trial in space["trials"]):
-        said.append("The shape between the points is not at hand for data in motion.")
+        said.append("The shape between the points is not at hand for this model.")
     return " ".join(said)
-
-
-def _rows_of(trial: dict[str, Any]) -> tuple[int, int]:
-    return len(trial["rows"]), trial["measured_rows"]
 
 
 def _worth(trial: dict[str, Any]) -> tuple[bool, int]:
@@ -173,8 +185,9 @@ def _of_trial(
         "role": fit.role,
         "series": file,
         "measured_rows": known,
-        "rows": (rows + 1).tolist(),
-        "time_s": _decimals(fit.time_s[rows] - fit.time_s[0], 4),
+        "shown_rows": len(rows),
+        "rows": page_numbers(rows + 1, 1),
+        "time_s": page_numbers(fit.time_s[rows] - fit.time_s[0], _PER_S),
         "points": [_of_point(fit, name, axes, rows) for name, axes in points.items()],
         "line": _line(diagnosis, fit, rows),
         "error": _errors(fit, points, max(2, int(of_errors * known))),
@@ -189,7 +202,7 @@ def _of_point(fit: TrialFit, name: str, axes: str, rows: np.ndarray) -> dict[str
         if stage != "measured" and fit.shapes is not None:
             places = getattr(fit.shapes, stage)[np.searchsorted(fit.shapes.rows, rows), _place(fit, name)]
             own = {axis: own.get(axis, places[:, index]) for index, axis in enumerate("xyz")}
-        found[stage] = {axis: _hundredths(values) for axis, values in own.items()}
+        found[stage] = {axis: page_numbers(values, _PER_MM) for axis, values in own.items()}
     return found
 
 
@@ -210,23 +223,25 @@ def _on_line(fit: TrialFit) -> np.ndarray:
 
 
 def _line(diagnosis: DiagnosisResult, fit: TrialFit, rows: np.ndarray) -> dict[str, Any] | None:
-    """Return centrelines in rows: the base, then from each point to the next; null where one is missing."""
+    """Return centrelines in rows: the base, then from each point to the next; NaN where one is missing.
+
+    Coordinate by coordinate, each in all rows: from row to row they change little.
+    """
     if fit.shapes is None:
         return None
     points, own = _on_line(fit), np.searchsorted(fit.shapes.rows, rows)
-    found: dict[str, Any] = {"radius_mm": _decimals(_radii_mm(diagnosis.dataset.robot, points), 2)}
+    radii = radii_mm(diagnosis.dataset.robot, points)
+    found: dict[str, Any] = {"radius_mm": [round(value, 2) for value in radii.tolist()]}
     for stage in ("before", "after"):
-        places = np.round(100.0 * getattr(fit.shapes, stage)[own][:, points])
-        steps = np.concatenate([places[:, :1], np.diff(places, axis=1)], axis=1).reshape(len(rows), -1)
-        found[stage] = [
-            row.astype(int).tolist() if complete else None
-            for row, complete in zip(steps, np.isfinite(steps).all(axis=1), strict=True)
-        ]
+        places = np.round(_PER_MM * getattr(fit.shapes, stage)[own][:, points]) / _PER_MM
+        steps = np.diff(places, axis=1, prepend=0.0).reshape(len(rows), -1)
+        steps[~np.isfinite(steps).all(axis=1)] = np.nan
+        found[stage] = page_numbers(steps.T, _PER_MM)
     return found
 
 
-def _radii_mm(robot: RobotSpec, points: np.ndarray) -> Array:
-    """Return the outer radius at the base and after some elements, by their share of the length [mm]."""
+def radii_mm(robot: RobotSpec, points: np.ndarray) -> Array:
+    """Return the outer radius at the base (0) and after some elements, by their share of the length [mm]."""
     ends = np.cumsum([segment.length_m for segment in robot.segments])
     share = np.maximum(points - 0.5, 0.0) / max(1, body_count(robot))
     which = np.minimum(np.searchsorted(ends / ends[-1], share), len(ends) - 1)
@@ -241,16 +256,8 @@ def _errors(fit: TrialFit, points: dict[str, str], most: int) -> dict[str, Any]:
     seen = np.maximum(
         1, sum(known[[name.startswith(f"{point}_") for name in columns]].any(axis=0) for point in points)
     )
-    found: dict[str, Any] = {"time_s": _decimals(fit.time_s[rows] - fit.time_s[0], 4)}
+    found = {"time_s": page_numbers(fit.time_s[rows] - fit.time_s[0], _PER_S)}
     for stage in ("before", "after"):
         squares = np.where(known, errors_of(fit, columns, stage) ** 2, 0.0).sum(axis=0)
-        found[stage] = _decimals(np.sqrt(squares / seen)[rows], 4)
+        found[stage] = page_numbers(np.sqrt(squares / seen)[rows], _PER_ERROR_MM)
     return found
-
-
-def _hundredths(values: Array) -> list[int | None]:
-    return [round(100.0 * value) if np.isfinite(value) else None for value in values.tolist()]
-
-
-def _decimals(values: Array, digits: int) -> list[float | None]:
-    return [round(value, digits) if np.isfinite(value) else None for value in values.tolist()]

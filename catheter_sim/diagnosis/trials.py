@@ -477,7 +477,7 @@ def split_trials(dataset: Dataset) -> tuple[tuple[Trial, ...], tuple[Trial, ...]
     """Return the training trials and the held-out trials of `dataset`, each with its role set.
 
     Roles that the data set gives are kept. If it holds no trial out, the last trials without a role
-    are held out, about 30 % of the rows; trials that repeat one another are not held out, as far as possible,
+    are held out, about 30 % of the rows. Trials that repeat one another are not held out, as far as possible,
     since a repeat of a training trial tests nothing. A single trial is cut between two of its cycles
     (`cycles`), or, if it has but one, at 70 % of its rows. The held-out part of a cut trial keeps all inputs,
     so that the history is right, and has NaN where the training part was measured. Where 30 % are too little

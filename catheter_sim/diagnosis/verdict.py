@@ -18,6 +18,7 @@ from catheter_sim.diagnosis.noise import (
     gain_interval,
     gain_percent,
     is_white,
+    outputs_of,
     residual_series,
     rmse_by_unit,
     stretch_squares,
@@ -369,13 +370,19 @@ def _of_unit(train: Problem, test: Problem, before: Fit, after: Fit, unit: str, 
     )
 
 
-def trial_fits(problem: Problem, trials: Sequence[Trial], before: Fit, after: Fit) -> tuple[TrialFit, ...]:
-    """Return trials, measured and computed by both hypotheses."""
-    return tuple(_trial_fit(problem, trial, before, after) for trial in trials)
+def trial_fits(
+    problem: Problem, trials: Sequence[Trial], before: Fit, after: Fit, shapes: bool = True
+) -> tuple[TrialFit, ...]:
+    """Return trials, measured and computed by both hypotheses; `shapes`: with where the robot is."""
+    return tuple(_trial_fit(problem, trial, before, after, shapes) for trial in trials)
 
 
-def _trial_fit(problem: Problem, trial: Trial, before: Fit, after: Fit) -> TrialFit:
-    first, second, shapes = computed_along(problem, trial, before, after)
+def _trial_fit(problem: Problem, trial: Trial, before: Fit, after: Fit, with_shapes: bool) -> TrialFit:
+    shapes = None
+    if with_shapes:
+        first, second, shapes = computed_along(problem, trial, before, after)
+    else:
+        first, second = (outputs_of(problem, trial, result) for result in (before, after))
     tables = []
     for values in (first, second):
         columns = {name: values[:, index] for index, name in enumerate(problem.columns)}
@@ -415,11 +422,11 @@ def verdict_of(
 ) -> str:
     """Return the verdict.
 
-    The corrections of a hypothesis that was chosen on the training trials hold where the error on the
-    held-out ones falls, in at least one unit, by more than chance and on other trials too (`gains_surely`),
-    and nothing gets worse. Then a cause is found if one of them is established; if none is, there is no
-    discrepancy where the calibrated model's residuals are near the noise, else the model is improved. Without
-    corrections that hold there is no discrepancy, or it is unexplained.
+    The corrections of a hypothesis that was chosen on the training trials hold under these conditions. The
+    error on the held-out ones falls, in at least one unit, by more than chance and on other trials too
+    (`gains_surely`) . Nothing gets worse. Then a cause is found if one of them is established; if none is,
+    there is no discrepancy where the calibrated model's residuals are near the noise, else the model is
+    improved. Without corrections that hold there is no discrepancy, or it is unexplained.
 
     `structured`: the calibrated model's residuals depend on something, whether or not neighbouring rows do:
     commands may come in any order.

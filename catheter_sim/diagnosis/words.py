@@ -50,6 +50,8 @@ _PLAIN_UNITS = {
     "_per_s": "1/s",
     "_mm_per_min": "mm/min",
     "_N_per_min": "N/min",
+    "_s_per_mm": "s/mm",
+    "_s_per_N": "s/N",
 }
 _UNITS = {suffix: suffix.removeprefix("_") for suffix, _ in SI_TO_FILE.values()} | _PLAIN_UNITS
 _LONGEST_FIRST = sorted(_UNITS, key=len, reverse=True)
@@ -145,6 +147,16 @@ _WHOLE = {  # names that say less than they mean
     "creep": "share that creeps",
     "creep time": "time constant of the creep",
     "lag": "time constant of the lag",
+    "toe": "length by which tendons give way at first",
+    "toe range": "pull over which they do",
+    "hole width": "play of tendons in their holes",
+    "hole range": "input over which they cross them",
+    "servo": "least time of the drives",
+    "servo width": "dead-band of the drives' controllers",
+    "servo time": "time constant in which they close it",
+    "log zero": "creep of the zero for each factor of e in time",
+    "log time": "time constant of that creep",
+    "creep share": "share of a pull by which tendons creep",
     "elastic constant": "factor on elastic constants",
     "moment arm": "factor on moment arms",
     "friction coefficient": "coefficient of friction",
@@ -154,6 +166,7 @@ _FIRST = {  # the first word of a name of several, and what it says of the rest
     "offset": "offset of",
     "width": "width at",
     "slack": "slack at",
+    "servo": "least time of the drive of",
     "zero": "wandering of the zero of",
     "curvature": "curvature,",
     "rotation": "turn about",

@@ -827,7 +827,7 @@ def reached(
     """Return the least sum of squares at any of `points` (k, p), and the values there by effect and
     parameter.
 
-    Where a term is added to `current` and all points are worse than it, halfway back to it counts too: a
+    Where a term is added to `current` and all points are worse than it, halfway back to it counts too. A
     number that starts far from what does nothing (a width of play) may have stepped beyond what is true.
     """
     numbers = fitted_numbers(problem, terms)

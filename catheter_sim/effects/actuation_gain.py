@@ -60,7 +60,7 @@ def _curved(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
 
 EFFECT = Effect(
     name="actuation_gain",
-    summary="the input channels' scale is wrong: what arrives is scale * scale_<channel> * input, "
+    summary="the input channels' scale is wrong, so scale * scale_<channel> * input arrives, "
     "or the scale changes with the input",
     trace="an error in proportion to the input, the same on the way out and back",
     bench="Command known steps. Measure at the tendon, with a ruler or a second force gauge, how "

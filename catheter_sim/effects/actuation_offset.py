@@ -12,7 +12,7 @@ _OFFSET = "offset"
 
 EFFECT = Effect(
     name="actuation_offset",
-    summary="the input channels' zero is wrong: what arrives is input + offset + offset_<channel>",
+    summary="the input channels' zero is wrong, so input + offset + offset_<channel> arrives",
     trace="an error that is there at zero input already, and does not depend on direction",
     bench="At zero command, measure every tendon's tension or position at the robot. Set zero and "
     "pretension again before each recording.",

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.effects.shared import (
+    TO_SI,
     actuation_unit,
     added_at,
     common_and_each,
@@ -20,9 +22,10 @@ from catheter_sim.effects.shared import (
     places,
     scale_of,
 )
-from catheter_sim.mechanics.hysteresis import play, play_step
+from catheter_sim.mechanics.hysteresis import closing_play_step, play, play_step
 
 _THROUGH = "soft_through"
+_SERVO_TIME, _SERVO_TIME_S = "servo_time_s", 20.0  # unless it is given
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian.
 _SIZE = {"N": (25.0, 0.1), "mm": (5.0, 0.1)}
 
@@ -114,11 +117,82 @@ class _Play:
         return np.abs(in_si(robot, self.names(robot), values))
 
 
+def _servo_names(robot: RobotSpec) -> tuple[str, str]:
+    common, each = _names(robot)
+    return f"servo_{common}", f"servo_{each}"
+
+
+def _servo(robot: RobotSpec) -> tuple[Parameter, ...]:
+    # Faster than a second no row shows the dead-band, slower than ten minutes it never closes.
+    usual = _SERVO_TIME_S
+    time_s = Parameter(_SERVO_TIME, usual, 1.0, 600.0, scale=0.1 * usual, start=usual, of_shape=True)
+    return _parameter(robot, _servo_names(robot)[0]), time_s
+
+
+@dataclass(frozen=True)
+class _Closing:
+    """The whole dead-bands, and where the drives are, shape (t,) each, SI; the time in which they close."""
+
+    width: Array
+    now: Array
+    time_s: float
+
+
+@dataclass(frozen=True)
+class _Servo:
+    """Drives that start only beyond a dead-band, and close what is left of it slowly."""
+
+    timed = True
+
+    def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Closing | None:
+        """Return the state at rest, on the command; None without dead-band."""
+        width = np.abs(in_si(robot, _servo_names(robot), values))
+        return _Closing(width, rest, values.get(_SERVO_TIME, _SERVO_TIME_S)) if width.any() else None
+
+    def step(self, state: _Closing, before: Array, after: Array, dt_s: float) -> tuple[_Closing, Array]:
+        """Return the state and what arrives when the inputs have moved from `before` to `after`."""
+        now = closing_play_step(state.now, before, after, state.width, state.time_s, dt_s)
+        return replace(state, now=now), now
+
+    def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
+        """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
+        state, before, found = self.start(robot, values, rest), rest, np.array(rows)
+        for row, dt_s in enumerate(np.diff(time_s, prepend=time_s[:1])):
+            if state is not None:
+                state, found[row] = self.step(state, before, rows[row], float(dt_s))
+                before = rows[row]
+        return found
+
+
+def _hole_names(robot: RobotSpec) -> tuple[str, str]:
+    unit = scale_of(robot)
+    return f"hole_width_{unit}", f"hole_range_{unit}"
+
+
+def _in_hole(robot: RobotSpec) -> tuple[Parameter, ...]:
+    width, beyond = _hole_names(robot)
+    usual = actuation_unit(robot)
+    return (
+        _parameter(robot, width),
+        Parameter(beyond, usual, 0.1 * usual, 10.0 * usual, scale=0.1 * usual, start=usual, of_shape=True),
+    )
+
+
+def _across_holes(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    width, beyond = _hole_names(robot)
+    unit, usual = TO_SI[scale_of(robot)], actuation_unit(robot)
+    half = 0.5 * values.get(width, 0.0) * unit
+    if half <= 0.0:
+        return inputs
+    over = max(values.get(beyond, usual) * unit, half)  # nothing bends back as it is pulled
+    return replace(inputs, tendon=inputs.tendon - half * np.tanh(inputs.tendon / over))
+
+
 _PLAY = _Play(_names)
 EFFECT = Effect(
     name="backlash",
-    summary="dead-band between each actuator and its tendon; whole widths, of all and of each, add up; "
-    "of a soft one `soft_through` of the input goes on at once",
+    summary="dead-band between each actuator and its tendon. Whole widths, of all and of each, add up. "
+    "Of a soft one `soft_through` of the input goes on at once",
     trace="a loop of constant width in the input, and a standstill after each reversal",
     bench="Hold the tip still and turn each actuator gently to and fro. The dead-band is how far it "
     "goes before the tendon pulls. Look at knots, clamps, couplings and gears.",
@@ -148,6 +222,24 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=_soft,
             memory=_Play(_soft_names, _THROUGH),
+            further=True,
+        ),
+        Form(
+            name="servo",
+            equation="y = play(u, servo_width), and inside the dead-band T dy/dt = u - y: a drive's "
+            "controller starts late and closes what is left slowly",
+            stage=Stage.COMMAND,
+            parameters=_servo,
+            memory=_Servo(),
+            further=True,
+        ),
+        Form(
+            name="in_hole",
+            equation="u' = u - hole_width / 2 * tanh(u / hole_range): a tendon goes across its hole before "
+            "it lies on the other side; bending is soft about straight, without a loop",
+            stage=Stage.COMMAND,
+            parameters=_in_hole,
+            command=_across_holes,
             further=True,
         ),
         Form(

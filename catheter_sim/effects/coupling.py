@@ -5,7 +5,8 @@ added to an advance, which stands at its stop at rest.
 
 Of a robot with several sections: the tendons of one act on those of another by a share of their tension or
 displacement that the routing takes there. Side acts on side: a channel's share goes to the channels of the
-other section less than 90 deg away, in proportion to the cosine.
+other section less than 90 deg away, in proportion to the cosine. Tendons that pass another section at
+another angle than drawn act a quarter turn aside, too.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from catheter_sim.core.robot import RobotSpec, by_identity
 from catheter_sim.effects.shared import TO_SI, actuation_unit, scale_of
 from catheter_sim.robots import kind_of
 
-_NAME = "{}_to_{}"
+_NAME, _ASIDE = "{}_to_{}", "{}_aside_{}"
 _ABREAST = 1e-9  # cosine up to which two channels are at right angles
 # Bound, and a change that matters, of a coefficient; an advance goes ten times as far as a tendon.
 _SIZE, _ADVANCE_SIZE = (1.0, 0.02), (0.1, 0.002)
@@ -39,12 +40,29 @@ def _movers(robot: RobotSpec) -> tuple[Mover, ...]:
 def _shares(movers: tuple[Mover, ...]) -> Array:
     """Return which share of each channel (column) acts on each other one (row), shape (c, c)."""
     either_way = np.array([item.toward is None for item in movers])
+    share = _cosines(movers, np.eye(2))
+    share[either_way[:, np.newaxis] | either_way] = 1.0
+    return _parted(movers, share)
+
+
+@by_identity(1)
+def _shares_aside(movers: tuple[Mover, ...]) -> Array:
+    """Return the same for what each does a quarter turn from its side: x to y, y to x, (2, c, c)."""
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    return np.stack([_parted(movers, _cosines(movers, way)) for way in (turn, turn.T)])
+
+
+def _cosines(movers: tuple[Mover, ...], turn: Array) -> Array:
+    """Return the cosines from each mover's turned side (column) to each other side (row), none below zero."""
     sums = [np.array(item.toward or (0.0, 0.0)) for item in movers]
     side = np.array([item / max(float(np.linalg.norm(item)), 1e-12) for item in sums])
-    cosine = side @ side.T
+    cosine = side @ turn @ side.T
+    return np.where(cosine > _ABREAST, cosine, 0.0)
+
+
+def _parted(movers: tuple[Mover, ...], share: Array) -> Array:
+    """Return shares that add up to one in each other part; none in the own one, none of an advance."""
     parts = np.array([item.part for item in movers])
-    share = np.where(cosine > _ABREAST, cosine, 0.0)
-    share[either_way[:, np.newaxis] | either_way] = 1.0
     for part in dict.fromkeys(parts.tolist()):
         total = share[parts == part].sum(axis=0)
         share[parts == part] /= np.where(total > 0.0, total, 1.0)
@@ -53,10 +71,10 @@ def _shares(movers: tuple[Mover, ...]) -> Array:
     return share
 
 
-def _pairs(movers: tuple[Mover, ...]) -> list[tuple[str, str]]:
+def _pairs(movers: tuple[Mover, ...], shares: Array | None = None) -> list[tuple[str, str]]:
     """Return the ordered pairs of sections or joints of which the first can act on the second."""
     parts = [item.part for item in movers]
-    onto, of = np.nonzero(_shares(movers))
+    onto, of = np.nonzero(_shares(movers) if shares is None else shares)
     acting = {(parts[first], parts[second]) for first, second in zip(of, onto, strict=True)}
     return [pair for pair in permutations(dict.fromkeys(parts), 2) if pair in acting]
 
@@ -96,18 +114,46 @@ def _growth_groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
     return (*((name,) for name in names), names) if names else ()
 
 
+def _routing_parameters(robot: RobotSpec) -> tuple[Parameter, ...]:
+    movers, (bound, scale) = _movers(robot), _SIZE
+    return tuple(
+        Parameter(_ASIDE.format(*pair), 0.0, -bound, bound, scale=scale, start=0.0)
+        for pair in _pairs(movers, _shares_aside(movers)[0])
+    )
+
+
+def _routing_groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
+    names = tuple(item.name for item in _routing_parameters(robot))
+    if not names:
+        return ()
+    return (*((name,) for name in names), (*(item.name for item in _parameters(robot)), *names))
+
+
+def _aside(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    movers, moved = _movers(robot), channel_inputs(robot, inputs)
+    forth, back = _shares_aside(movers)
+    part = {name: max(value, 0.0) for name, value in values.items()}
+    inputs = _moved_besides(robot, inputs, part, _ASIDE, moved, forth)
+    part = {name: max(-value, 0.0) for name, value in values.items()}
+    return _moved_besides(robot, inputs, part, _ASIDE, moved, back)
+
+
 def _coupled(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
-    return _moved_besides(robot, inputs, values, _NAME, channel_inputs(robot, inputs))
+    return _moved_besides(
+        robot, inputs, values, _NAME, channel_inputs(robot, inputs), _shares(_movers(robot))
+    )
 
 
 def _growing(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
     moved = channel_inputs(robot, inputs)
     grown = moved * np.abs(moved) / TO_SI[scale_of(robot)]
-    return _moved_besides(robot, inputs, values, _growth_name(robot), grown)
+    return _moved_besides(robot, inputs, values, _growth_name(robot), grown, _shares(_movers(robot)))
 
 
-def _moved_besides(robot: RobotSpec, inputs: Inputs, values: Values, name: str, moved: Array) -> Inputs:
-    """Return inputs with shares, by name, of what each channel moves, shape (r, c), added to the others."""
+def _moved_besides(
+    robot: RobotSpec, inputs: Inputs, values: Values, name: str, moved: Array, shares: Array
+) -> Inputs:
+    """Return inputs with shares (c, c), by name, of what each channel moves (r, c) added to the others."""
     if not any(values.values()):
         return inputs
     movers = _movers(robot)
@@ -116,7 +162,7 @@ def _moved_besides(robot: RobotSpec, inputs: Inputs, values: Values, name: str, 
         [[values.get(name.format(first, second), 0.0) for first in parts] for second in parts]
     )
     which = [parts.index(item.part) for item in movers]
-    extra = moved @ (coefficient[np.ix_(which, which)] * _shares(movers)).T
+    extra = moved @ (coefficient[np.ix_(which, which)] * shares).T
     return replace(inputs, tendon=inputs.tendon + tendon_inputs(robot, inputs.actuation, extra))
 
 
@@ -142,6 +188,16 @@ EFFECT = Effect(
             parameters=_growth_parameters,
             groups=_growth_groups,
             command=_growing,
+            further=True,
+        ),
+        Form(
+            name="routing",
+            equation="u_c' = u_c + |<a>_aside_<b>| * u_a, c the channels of b a quarter turn from a's own "
+            "side, x to y where it is above zero: tendons of a pass b at another angle than drawn",
+            stage=Stage.COMMAND,
+            parameters=_routing_parameters,
+            groups=_routing_groups,
+            command=_aside,
             further=True,
         ),
     ),

@@ -2,13 +2,14 @@
 
 A zero that wanders: each channel's zero moves at a constant rate from the trial's own start (a slipping
 clamp, a warming sensor). Creep: under a held input the robot comes on by a share of it with a time
-constant, as a spring in series with a Kelvin-Voigt element; below zero it gives back (a tendon that
+constant, as a spring in series with a Kelvin-Voigt element. Below zero it gives back (a tendon that
 creeps). What the zero has wandered creeps too. A response that creeps: what is seen goes on in the same way
 (a sheath or a glue that gives way slowly), whatever its inputs do to it at once.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -36,6 +37,7 @@ _FADE, _FADE_OF, _SHIFT = "fade", "fade_{}", "shift"
 _CREEP_TIME_S = 60.0  # unless it is given
 # Bound, and a change that matters: in mm, or in tensions that bend the robot by a radian, a minute.
 _SIZE = {"N": (50.0, 0.1), "mm": (20.0, 0.1)}
+_LOG_SIZE = {"N": (20.0, 0.05), "mm": (5.0, 0.05)}  # the same, for each factor of e in time
 
 
 def _names(robot: RobotSpec) -> tuple[str, str]:
@@ -163,6 +165,50 @@ class _Response:
         return rows + values.get(_RESPONSE[0], 0.0) * (crept - rest)
 
 
+def _log_names(robot: RobotSpec) -> tuple[str, str]:
+    return f"log_zero_{scale_of(robot)}", "log_time_s"
+
+
+def _log_zero(robot: RobotSpec) -> tuple[Parameter, ...]:
+    amount, time_s = _log_names(robot)
+    usual = _CREEP_TIME_S
+    return (
+        sized_parameter(robot, amount, _LOG_SIZE),
+        Parameter(time_s, usual, 1.0, 900.0, scale=0.2 * usual, start=usual, of_shape=True),
+    )
+
+
+@dataclass(frozen=True)
+class _Settling:
+    """How far zeros creep a factor of e in time, (t,), SI; their time [s], and since when [s]."""
+
+    amount: Array
+    time_s: float
+    elapsed_s: float
+
+
+@dataclass(frozen=True)
+class _LogZero:
+    """Zeros that creep with the logarithm of time."""
+
+    timed = True
+
+    def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Settling | None:
+        """Return the state at rest; None where no zero creeps."""
+        amount = in_si(robot, (_log_names(robot)[0], ""), values)
+        return _Settling(amount, values.get("log_time_s", _CREEP_TIME_S), 0.0) if amount.any() else None
+
+    def step(self, state: _Settling, before: Array, after: Array, dt_s: float) -> tuple[_Settling, Array]:
+        """Return the state and what arrives when the inputs have moved from `before` to `after`."""
+        now = replace(state, elapsed_s=state.elapsed_s + dt_s)
+        return now, after + state.amount * math.log1p(now.elapsed_s / state.time_s)
+
+    def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
+        """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
+        state = self.start(robot, values, rest)
+        return rows if state is None else rows + state.amount * np.log1p(time_s / state.time_s)[:, np.newaxis]
+
+
 def _fades(robot: RobotSpec) -> tuple[Parameter, ...]:
     fade = Parameter(_FADE, null=0.0, lower=-0.9, upper=2.0, scale=0.03, start=0.0)
     return common_and_each(robot, fade, _FADE_OF)
@@ -182,8 +228,9 @@ def _fewest_first(robot: RobotSpec, forms: tuple[Form, ...]) -> Iterable[Form]:
 _MEMORY = _Drift()
 EFFECT = Effect(
     name="drift",
-    summary="the inputs' zero wanders by zero + zero_<channel> a minute, or jumps by `shift`; inputs fade by "
-    "`fade`; or what arrives (`creep`) or is observed (`response_creep`) grows slowly under a held input",
+    summary="the inputs' zero wanders by zero + zero_<channel> a minute, or jumps by `shift`, or inputs "
+    "fade by `fade`. What arrives (`creep`) or is observed (`response_creep`) may grow slowly under a held "
+    "input",
     trace="an error that grows with the time in the trial, also where the same input returns or is held",
     bench="Hold one input for ten minutes, return to zero and wait as long. What keeps moving? Check "
     "temperature, slipping clamps and creeping polymers.",
@@ -214,6 +261,15 @@ EFFECT = Effect(
             parameters=lambda robot: _creep(_RESPONSE),
             memory=_Response(),
             in_place=True,
+        ),
+        Form(
+            name="logarithmic",
+            equation="u' = u + log_zero * ln(1 + t / log_time), t from the trial's start: a clamp, a glue or "
+            "a tendon's end that settles",
+            stage=Stage.COMMAND,
+            parameters=_log_zero,
+            memory=_LogZero(),
+            further=True,
         ),
         Form(
             name="fading",

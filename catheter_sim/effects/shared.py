@@ -136,7 +136,7 @@ def sized_parameter(robot: RobotSpec, name: str, size: Mapping[str, tuple[float,
             robot by a radian.
 
     A fit starts a little below zero where tensions drive the robot. There only the rows say something in
-    which a tendon is pulled; at zero, every row at rest speaks for whoever adds nothing, since it cannot
+    which a tendon is pulled. At zero, every row at rest speaks for whoever adds nothing, since it cannot
     show that the zero is too low: a tendon cannot push.
     """
     unit = scale_of(robot)

@@ -10,12 +10,15 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.core.document import si_of, with_values
 from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Values
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import R, RobotSpec
-from catheter_sim.effects.shared import in_series_at, places
+from catheter_sim.effects.shared import TO_SI, actuation_unit, in_series_at, places, scale_of
+from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
 
 _STIFFNESS = "stiffness_N_per_mm"
 _CYCLIC = "cyclic_length_mm"
 _SET = "set_share"
+_CREEP, _CREEP_TIME_S, _ELEMENTS = ("creep_share", "creep_time_s"), 10.0, 4
 
 
 def _spring(robot: RobotSpec) -> tuple[Parameter, ...]:
@@ -96,6 +99,72 @@ class _Lengthened:
         return _arriving(rows, share * most, share * least, _pairs(robot))
 
 
+def _creeping(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.TENDON_STIFFNESS):
+        return ()
+    share, time_s = _CREEP
+    return (
+        Parameter(share, null=0.0, lower=0.0, upper=0.9, scale=0.01, start=0.02),
+        Parameter(time_s, _CREEP_TIME_S, 1.0, 100.0, scale=2.0, start=_CREEP_TIME_S, of_shape=True),
+    )
+
+
+@dataclass(frozen=True)
+class _Lengthening:
+    """What creeps of each tendon's pull, forth and back of a pair.
+
+    Attributes:
+        share: of a pull that creeps in the end.
+        pairs: as of `_Pulled`.
+        elements: each as a lag of the pulls, shape (2, t) [m].
+    """
+
+    share: float
+    pairs: Array
+    elements: tuple[Past, ...]
+
+
+@dataclass(frozen=True)
+class _Creep:
+    """Tendons that lengthen slowly under a pull and shorten slowly without it."""
+
+    timed = True
+
+    def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Lengthening | None:
+        """Return the state at rest, no tendon pulled yet; None without creep."""
+        share = values.get(_CREEP[0], 0.0)
+        nothing = np.zeros((2, len(rest)))
+        elements = tuple(Past(time_s, 0.0, nothing) for time_s in _creep_times_s(values))
+        return _Lengthening(share, _pairs(robot), elements) if share > 0.0 else None
+
+    def step(
+        self, state: _Lengthening, before: Array, after: Array, dt_s: float
+    ) -> tuple[_Lengthening, Array]:
+        """Return the state and what arrives when the inputs have moved from `before` to `after`."""
+        pulls = _pulls(before), _pulls(after)
+        steps = [late_step(item, *pulls, dt_s) for item in state.elements]
+        forth, back = state.share * np.mean([crept for _, crept in steps], axis=0)
+        now = replace(state, elements=tuple(item for item, _ in steps))
+        return now, _arriving(after, forth, -back, state.pairs)
+
+    def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
+        """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
+        pulls = np.moveaxis(_pulls(rows), 0, 1)
+        crept = np.mean([lagged(time_s, pulls, lag_s) for lag_s in _creep_times_s(values)], axis=0)
+        forth, back = values.get(_CREEP[0], 0.0) * np.moveaxis(crept, 1, 0)
+        return _arriving(rows, forth, -back, _pairs(robot))
+
+
+def _creep_times_s(values: Values) -> list[float]:
+    """Return the elements' time constants [s]."""
+    return [values.get(_CREEP[1], _CREEP_TIME_S) * 4.0**k for k in range(_ELEMENTS)]
+
+
+def _pulls(inputs: Array) -> Array:
+    """Return how far each tendon is pulled, forth and back of a pair, shape (2, t)."""
+    return np.stack([np.maximum(inputs, 0.0), np.maximum(-inputs, 0.0)])
+
+
 def _pairs(robot: RobotSpec) -> Array:
     """Return which tendons are pairs, shape (t,): 1 for a bending joint's, 0 for a tendon alone.
 
@@ -113,6 +182,30 @@ def _arriving(rows: Array, most: Array, least: Array, pairs: Array) -> Array:
     """Return what arrives of `rows`, shape (..., t), where tendons are longer by `most` and `-least`."""
     paired = np.maximum(rows - most, 0.0) + np.minimum(rows - least, 0.0)
     return np.where(np.isnan(pairs), rows, np.where(pairs > 0.0, paired, rows - most))
+
+
+def _toe_names(robot: RobotSpec) -> tuple[str, str]:
+    unit = scale_of(robot)
+    return f"toe_{unit}", f"toe_range_{unit}"
+
+
+def _toe(robot: RobotSpec) -> tuple[Parameter, ...]:
+    if not places(robot, Role.TENDON_STIFFNESS):
+        return ()
+    (length, beyond), unit = _toe_names(robot), actuation_unit(robot)
+    return (
+        Parameter(length, null=0.0, lower=0.0, upper=5.0 * unit, scale=0.05 * unit, start=0.1 * unit),
+        Parameter(beyond, unit, 0.1 * unit, 10.0 * unit, scale=0.1 * unit, start=unit, of_shape=True),
+    )
+
+
+def _bedding(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    (length, beyond), unit = _toe_names(robot), TO_SI[scale_of(robot)]
+    most, over = (
+        values.get(name, usual) * unit for name, usual in ((length, 0.0), (beyond, actuation_unit(robot)))
+    )
+    lost = most * (1.0 - np.exp(-np.abs(inputs.tendon) / over))
+    return replace(inputs, tendon=_arriving(inputs.tendon, lost, -lost, _pairs(robot)))
 
 
 EFFECT = Effect(
@@ -136,6 +229,24 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=_set,
             memory=_Lengthened(),
+            further=True,
+        ),
+        Form(
+            name="toe",
+            equation="a pulled tendon is longer by toe * (1 - exp(-|u| / toe_range)): a braid that gives way "
+            "at first; its tension is taken to grow with its input",
+            stage=Stage.COMMAND,
+            parameters=_toe,
+            command=_bedding,
+            further=True,
+        ),
+        Form(
+            name="creep",
+            equation="y = u - creep_share * x, x the mean of four elements T dx/dt = pull - x, T from "
+            "creep_time on by factors of four: about the logarithm of time",
+            stage=Stage.COMMAND,
+            parameters=_creeping,
+            memory=_Creep(),
             further=True,
         ),
         Form(

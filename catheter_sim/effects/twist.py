@@ -1,8 +1,8 @@
 """Holes, or whole elements, turn about the backbone along the robot: out-of-plane motion that grows.
 
 Tendons whose holes turn bend a robot of round section in planes that turn with them. One that bends in a
-plane alone does so element by element, and each element may be turned between its faces: then its bends,
-which are about its own axes, stay what they are, and the shape that they make leaves the plane.
+plane alone does so element by element, and each element may be turned between its faces. Its bends, which
+are about its own axes, then stay what they are, and the shape leaves the plane.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """Puts numbers of causes that vary into effect: along the robot, over time, with inputs, with the past.
 
 How it acts is the same for every cause, kind and stage (`core.variation` says what may vary with what). The
-robot is computed with the number at a few fixed values, its knots, and what comes out is interpolated row by
-row: exactly where the value of a row is a knot, as of a step; else by a parabola through three. Along the
-robot each element's own motion relative to the one before it is taken from the robot that has the element's
-value. What loads an element is then that robot's: a change of a part does not change what the others carry.
+robot is computed with the number at a few fixed values, its knots, and what comes out is interpolated row
+by row. It is exact where the value of a row is a knot, as of a step. Elsewhere it is a parabola through
+three. Along the robot each element's own motion relative to the one before it is taken from the robot
+that has the element's value. What loads an element is then that robot's: a change of a part does not
+change what the others carry.
 """
 
 from __future__ import annotations

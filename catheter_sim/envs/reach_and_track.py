@@ -37,9 +37,9 @@ class ReachEnv(TipEnv):
 
     ## The robot
 
-    Any robot of the package, in its MuJoCo simulation with tendon friction (so that the way matters:
-    the same inputs give other postures on the way out and on the way back; the two nominal mitral
-    catheters have none), with its effects. A control step is 0.1 s of simulated time. With
+    Any robot of the package, in its MuJoCo simulation with tendon friction and effects. So the way matters:
+    the same inputs give other postures on the way out and on the way back. (The two nominal mitral
+    catheters have no friction.) A control step is 0.1 s of simulated time. With
     `dynamics="quasi-static"`, the default, the robot follows its inputs with a lag (the relaxation time of
     its dynamics, 0.05 s by default) and without overshoot: its mass has weight, but no inertia. With
     `dynamics="inertial"` it moves as its masses and its own damping let it, from rest at every reset; the
@@ -66,9 +66,9 @@ class ReachEnv(TipEnv):
 
     `drives.names` names the drives, `drives.tendon` holds the tendons' inputs at level 1.
     `NeuroendoscopeReach-v0` has four tension drives: distal right and left up to 0.32 N, proximal
-    right and left up to 0.39 N (a side's two tendons together). `ChestTubeReach-v0` has eight, its
-    rods: base and middle right up to 24.0 N and left up to 26.6 N, tip right and left up to 19.5 N,
-    tip front and back up to 44.3 N. Rods bend what they pass too: the middle's ranges end where the
+    right and left up to 0.39 N (a side's two tendons together). `ChestTubeReach-v0` has eight, its rods.
+    Base and middle right have up to 24.0 N and left up to 26.6 N, tip right and left up to 19.5 N, tip
+    front and back up to 44.3 N. Rods bend what they pass too: the middle's ranges end where the
     base is bent so far. `ChestTubeSectionReach-v0` has one, up to 50.2 N (`largest_bend_rad` is 3).
     `MitralTransseptalReach-v0` has four displacements: bending 3.82 mm (120 deg), proximal torsion 3.12 mm
     and distal torsion 3.29 mm (75 deg), advance 60 mm. `Mitral4dofReach-v0` too: proximal bending 3.38 mm
@@ -77,10 +77,10 @@ class ReachEnv(TipEnv):
 
     ## Observation
 
-    A flat `Box` of float32, all parts finite and of order one; `layout` maps names to slices, L is
-    the length of the straight robot (of a catheter with its tube all out: 117.34 mm and 108.18 mm), s
-    and t its numbers of segments and tendons (of a catheter pairs and tube), b that of its bends: 2 s, of
-    a catheter one for each joint.
+    A flat `Box` of float32, all parts finite and of order one. `layout` maps names to slices. L is the
+    length of the straight robot (of a catheter with its tube all out: 117.34 mm and 108.18 mm). s and t are
+    its numbers of segments and tendons (of a catheter pairs and tube). b is that of its bends: 2 s, of a
+    catheter one for each joint.
 
     | part | size | what | unit |
     |---|---|---|---|
@@ -109,9 +109,9 @@ class ReachEnv(TipEnv):
     ## Episode
 
     It starts at rest with slack tendons, under gravity if there is any. It terminates with success
-    where the tip has been at rest at the target after each of `hold_steps` steps in a row: within
-    `tolerance_m` of it, and in this step slower than one tolerance a second. It also terminates where
-    the simulation diverges (`info["diverged"]`), with the last finite observation. The registered
+    where the tip has been at rest at the target after each of `hold_steps` steps in a row. It must be
+    within `tolerance_m` of it, and in this step slower than one tolerance a second. It also terminates
+    where the simulation diverges (`info["diverged"]`), with the last finite observation. The registered
     environments are truncated after 100 steps (10 s).
 
     The default tolerance is the target value of Kato 2016 (doi 10.1007/s11548-015-1310-2): a mean
@@ -119,10 +119,11 @@ class ReachEnv(TipEnv):
     of the robot's length). The single sections and the mitral catheters ask for 2 mm, the notched wrist, 6 mm
     long, for 0.2 mm (assumed).
 
-    The tip has to stay, for half a second (5 steps, assumed), because chance passes through targets: the tip
-    of a section moves on a curve, and friction holds it still where random actions turn about. After random
-    actions it is at rest at the target in some step of 11 of 100 episodes of `NeuroendoscopeReach-v0`, and of
-    12 and 2 of `NeuroendoscopeSectionReach-v0` and `ChestTubeSectionReach-v0`; for 5 steps in 1, 0 and 0.
+    The tip has to stay, for half a second (5 steps, assumed), because chance passes through targets. The
+    tip of a section moves on a curve, and friction holds it still where random actions turn about. After
+    random actions it is at rest at the target in some step of 11 of 100 episodes of
+    `NeuroendoscopeReach-v0`, and of 12 and 2 of `NeuroendoscopeSectionReach-v0` and
+    `ChestTubeSectionReach-v0`. For 5 steps in 1, 0 and 0.
 
     ## Reset
 
@@ -134,7 +135,7 @@ class ReachEnv(TipEnv):
 
     `info` of `reset` and `step`, in the units of files, which stand at the end of the names: `tip_mm`,
     `target_mm` (true ones, base frame), `distance_mm`, `speed_mm_per_s`, `commanded_tension_N` or
-    `commanded_displacement_mm` (of each tendon), `is_success`, `diverged`; and `drawn`, of what is
+    `commanded_displacement_mm` (of each tendon), `is_success`, `diverged`. And `drawn`, of what is
     `randomised`: each key and the value of this episode, in the key's unit.
 
     ## Arguments
@@ -151,7 +152,7 @@ class ReachEnv(TipEnv):
       rod goes through the tensions of the prototype's published measurement, up to 47.9 N. With friction
       it bends by 2.5 rad there.
     - `render_mode`: None or "rgb_array".
-    - `randomised`: settings that are drawn evenly within bounds, and the robot built anew, at every reset:
+    - `randomised`: settings that are drawn evenly within bounds, with a robot built at every reset:
       `{"friction.mu": (0.1, 0.5), "effects.actuation_gain.scale": (0.9, 1.1)}`. They may change the drives'
       ranges with them, where these depend on what is drawn (a stiffness, a radius).
     - `observation`: "state", as above, or "pixels": a picture, `Box(0, 255, (height, width, 3), uint8)`, of
@@ -246,9 +247,9 @@ class TrackEnv(TipEnv):
 
     ## The target
 
-    It starts at the tip at rest and moves for 100 steps (10 s) on a way that this very robot has gone:
-    at reset the simulated robot is driven from rest to random levels and on to others, gently, a level
-    moving by 0.047 a step at most, and the tip's place and direction after each step are the target's. So
+    It starts at the tip at rest and moves for 100 steps (10 s) on a way that this very robot has gone. At
+    reset the simulated robot is driven from rest to random levels and on to others, gently, a level moving
+    by 0.047 a step at most. The tip's place and direction after each step are the target's. So
     there are actions that follow it exactly, through friction and effects; it goes at least a tenth of
     the robot's length away from the tip at rest.
 

@@ -130,7 +130,7 @@ def checked_pair(name: str, value: Any, needed: str) -> tuple[float, float]:
 def checked_actions(value: Any, shape: tuple[int, int], stepping: np.ndarray) -> Array:
     """Return the actions of many environments, a row each; infinite ones count as the largest.
 
-    Only rows that are `stepping`, shape (n,), count: what starts anew does not read its own.
+    Only rows that are `stepping`, shape (n,), count: what starts again does not read its own.
     """
     numbers = _array(value)
     if numbers is None or numbers.shape != shape or np.isnan(numbers[stepping]).any():
@@ -139,7 +139,7 @@ def checked_actions(value: Any, shape: tuple[int, int], stepping: np.ndarray) ->
 
 
 def require_running(ended: np.ndarray) -> None:
-    """Raise `InputError` where an environment's episode has ended and nothing starts it anew."""
+    """Raise `InputError` where an environment's episode has ended and nothing starts it again."""
     if ended.any():
         which = ", ".join(map(str, np.flatnonzero(ended)))
         raise InputError(f"the episodes of environments {which} have ended: reset them (reset_mask)")
@@ -177,7 +177,7 @@ def checked_mask(mask: Any, count: int) -> np.ndarray:
     if mask is None:
         return np.ones(count, dtype=bool)
     if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (count,):
-        raise InputError(f"reset_mask: an array of {count} truth values is needed")
+        raise InputError(f"reset_mask: an array of {count} booleans is needed")
     if not mask.any():
         raise InputError("reset_mask: at least one environment is to be reset")
     return mask

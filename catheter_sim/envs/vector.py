@@ -222,7 +222,7 @@ class TogetherEnv(VectorEnv[Any, Any, Any]):
         return self.one.observations(), self._infos(chosen)
 
     def step(self, actions: Any) -> tuple[Any, Array, np.ndarray, np.ndarray, Infos]:
-        """Move all copies for one control step; those whose episode ended start anew, by the mode.
+        """Move all copies for one control step; those whose episode ended start again, by the mode.
 
         Raises:
             InputError: the actions have another shape, or are no numbers; without autoreset, an episode
@@ -391,23 +391,23 @@ def vector_env(
 ) -> VectorEnv[Any, Any, Any]:
     """Return many environments of one task behind Gymnasium's `VectorEnv`.
 
-    Observations, rewards, ends and `info` are those of single environments with the same seeds (seed
-    i is the first one's plus i, or a list holds each) under `TimeLimit`, and of Gymnasium's `SyncVectorEnv`
-    of these, but for rounding, which friction amplifies: to 1e-9 m in the first steps, to some 0.01 mm
-    after a hundred. The same seed and number of copies give the same bits.
-    `reset(options={"reset_mask": ...})` resets some of them; the other options of the task's reset are for
-    all. An environment whose simulation diverges terminates; the others go on.
+    Observations, rewards, ends and `info` are those of single environments with the same seeds under
+    `TimeLimit`, and of Gymnasium's `SyncVectorEnv` of these, except for rounding. Friction amplifies it:
+    to 1e-9 m in the first steps, to some 0.01 mm after a hundred. Seed i is the first one's plus i, or a
+    list holds each. The same seed and number of copies give the same bits. `reset(options={"reset_mask":
+    ...})` resets some of them; the other options of the task's reset are for all. An environment whose
+    simulation diverges terminates; the others go on.
 
     Where `simulation.copies` knows all that the robot does, robots are stepped together: the six published
-    robots by their own settings, and with other numbers in these. Otherwise (links that give way, tubes
-    that bend, stretch and resistance of Nayar 2023, friction of a catheter's pairs, effects on the inputs,
-    robots that are `randomised`) whole environments are stepped one by one on the threads, where Python's
-    lock leaves little to gain.
+    robots by their own settings, and with other numbers in these. Otherwise whole environments are stepped
+    one by one on the threads, where Python's lock leaves little to gain. (These are links that give way,
+    tubes that bend, stretch and resistance of Nayar 2023, friction of a catheter's pairs, effects on the
+    inputs, robots that are `randomised` .)
 
     So are the clinical tasks, whose numbers are then those of single environments to the bit. A batch could
-    hold a model for each copy's anatomy, but the springs of tissue are written into the rows of a step's
+    hold a model for each copy's anatomy. But the springs of tissue are written into the rows of a step's
     contacts (`simulation.tissue`) after MuJoCo has made them and before it solves them, where a batch lets
-    nobody in; as applied forces they would not be stable. Contacts and their solution run without Python's
+    nobody in. As applied forces they would not be stable. Contacts and their solution run without Python's
     lock, so that threads gain more the more contacts there are. Each reset builds a new anatomy under the
     lock.
 
@@ -500,16 +500,14 @@ def vec_env(env: VectorEnv[Any, Any, Any]) -> Any:
         env: with `autoreset_mode="SameStep"`.
 
     Raises:
-        InputError: it starts anew in another way, or Stable-Baselines3 is not installed.
+        InputError: it starts again in another way, or Stable-Baselines3 is not installed.
     """
     if env.metadata.get("autoreset_mode") is not AutoresetMode.SAME_STEP:
         raise InputError("Stable-Baselines3 needs environments with autoreset_mode='SameStep'")
     try:
         from stable_baselines3.common.vec_env import VecEnv
     except ImportError as error:
-        raise InputError(
-            "Stable-Baselines3 is not installed; choices: pip install 'catheter-sim[train]'"
-        ) from error
+        raise InputError("Stable-Baselines3 is needed: pip install stable-baselines3") from error
 
     many: Any = env
 

@@ -14,7 +14,7 @@ from catheter_sim.errors import InputError
 # ----------------------------------------------------------------------------------------------------
 # Warp and a device: what the laws on it need to place their arrays and launch their kernels.
 
-EXTRA = "catheter-sim[gpu]"
+PACKAGES = "mujoco-warp warp-lang"  # of the extra gpu
 R_in = TypeVar("R_in", bound=RobotSpec, contravariant=True)
 
 
@@ -28,7 +28,7 @@ def require_warp() -> tuple[Any, Any]:
         import mujoco_warp
         import warp
     except ImportError as error:
-        raise InputError(f"MuJoCo Warp is needed: pip install '{EXTRA}' ({error})") from None
+        raise InputError(f"MuJoCo Warp is needed: pip install {PACKAGES} ({error})") from None
     warp.config.quiet = True
     return mujoco_warp, warp
 

@@ -417,7 +417,7 @@ def frame_of(
         guesses.append(Guess("map.axes", "x, y, z", "assumed: the robot cannot be driven so", False))
         return ["x", "y", "z"], unit, guesses
     axes, sure = axes_of(computed, measured)
-    why = f"the robot as specified moves so, but for {100 * laid.error:.1f} % of the motion{rests}"
+    why = f"best of 24 axis orders; {100 * laid.error:.1f} % of the motion stays unexplained{rests}"
     sure = sure and evident and inputs_sure
     guesses.append(Guess("map.axes", f"the base's x, y, z are the file's {', '.join(axes)}", why, sure))
     return axes, unit, guesses
@@ -432,9 +432,10 @@ def plane_frame(
 ) -> tuple[dict[str, dict[str, Any]], list[Guess]]:
     """Return the entry of each coordinate of points in a plane, and how sure it is: not at all.
 
-    Which coordinates they are, their signs and, where nothing states a unit, their scale are told by the
-    robot's own motion. `rows` are those of the file, `entries` those of the inputs, `points` the two columns
-    of each; `unit`: as the head or the user states it, else "". `picture`: they are places in a picture.
+    Which coordinates they are, their signs and, where nothing states a unit, their scale follow from the
+    robot's own motion. `rows` are those of the file, `entries` those of the inputs, `points` the two
+    columns of each; `unit`: as the head or the user states it, else "". `picture`: they are places in a
+    picture.
 
     Raises:
         InputError: the robot does not move so that it could show them; the message says how to do it by hand.
@@ -450,7 +451,7 @@ def plane_frame(
         by_hand = f'tip_x_mm = {{ column = "{columns[0]}", scale = 0.3 }}'
         raise InputError(
             f"{rows.against.where}: the robot's own motion{why} does not show which coordinates "
-            f"{columns[0]!r} and {columns[1]!r} are; write [map] of a dataset.toml by hand: {by_hand}"
+            f"{columns[0]!r} and {columns[1]!r} are. Write [map] of a dataset.toml by hand: {by_hand}"
         )
     size: dict[str, Any] = {"unit": unit}
     if not unit:
@@ -458,7 +459,7 @@ def plane_frame(
         known = not picture and abs(np.log(laid.scale / LENGTHS[near])) < np.log(2.0)
         size = {"unit": near} if known else {"scale": float(f"{laid.scale:.3g}")}
     said = f"in {size['unit']}" if "unit" in size else f"{size['scale']:g} mm for 1"
-    why = f"the robot as specified moves so, but for {100 * laid.error:.1f} % of the motion"
+    why = f"best fit of the robot's motion; {100 * laid.error:.1f} % of the motion stays unexplained"
     found: dict[str, dict[str, Any]] = {}
     guesses = []
     for point, columns in points.items():

@@ -79,7 +79,7 @@ def bends_of(shapes: Shapes) -> Array:
 
 
 def rebent(shapes: Shapes, change: Callable[[Array], Array]) -> Shapes:
-    """Return shapes whose elements' turns are changed, stacked anew from the base.
+    """Return shapes whose elements' turns are changed, stacked again from the base.
 
     An element that turns by more carries its step, from face to face, half as far: it bends in its middle.
     `change`: from turns as of `bends_of`, shape (r, n, 3), to others.
@@ -186,6 +186,7 @@ class LabForm:
         name: of the form.
         law: what it does, in one line, with its source.
         purpose: "both" of a form whose law the diagnosis knows; of a foreign one "tune" or "judge".
+        learnt: of a form that is drawn as foreign: the diagnosis has a form of its law by now.
         applies: whether it makes sense on a specimen.
         draw: what else it has.
         every: of a known form, all choices that `draw` has, of numbers that are no choice a typical one.
@@ -209,6 +210,7 @@ class LabForm:
     name: str
     law: str
     purpose: str = "both"
+    learnt: bool = False
     applies: Callable[[Specimen], bool] = lambda specimen: True
     draw: Draw = nothing_more
     every: Every = nothing_else
@@ -240,7 +242,7 @@ class LabForm:
 
     @property
     def looks_only(self) -> bool:
-        """Whether the simulation needs not run anew for it."""
+        """Whether the simulation need not run again for it."""
         loads = (self.gravity, self.tip_force, self.tether, self.moments, self.body_force)
         others = (self.command, self.robot, *loads)
         return all(hook is None for hook in others)

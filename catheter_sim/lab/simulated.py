@@ -253,7 +253,7 @@ def _hidden(ground: Ground, text: str, generator: np.random.Generator, said: str
         found = sized(ground, form, generator)
         if found is not None:
             return found[0]
-    raise InputError(f"{said} {text}: on this robot no size of it shows; give one: {name}=SIZE")
+    raise InputError(f"{said} {text}: on this robot no size of it shows; give {name}=SIZE")
 
 
 def sized(ground: Ground, form: LabForm, generator: np.random.Generator) -> Sized | None:

@@ -65,7 +65,7 @@ def span_tensions(
     allows at hole k. The multiplier of that bound is the sliding speed at hole k. Solved exactly by
     dynamic programming from the tip: the slope of the cost-to-go is a rising, piecewise linear
     function of the tension before the hole, kept as its knots. They lie on two stacks, left and right
-    of the flat piece that friction leaves at each hole; each stack shifts as a whole, so that the cost
+    of the flat piece that friction leaves at each hole. Each stack shifts as a whole, so that the cost
     grows with the number of spans and not with its square.
 
     Args:
@@ -388,7 +388,7 @@ def start_from_last_change(entering: Array, ends: Index, tension: Array, past: A
         ends: as of `Tendons`.
         tension: in and out: shape (t, n) or wider [N].
         past: in: the last step's changes of tension, and in the last two columns its `entering` and the
-            change of that; out: the last step's tensions, and these two of this step, shape (t, n + 2) [N].
+            change of that. Out: the last step's tensions, and these two of this step, shape (t, n + 2) [N].
     """
     n = past.shape[1] - 2
     along, square = 0.0, 0.0

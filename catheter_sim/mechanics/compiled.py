@@ -218,9 +218,9 @@ def compiled_in_place(function: Callable[..., Any]) -> Any:
 def inlined(function: Callable[..., Any]) -> Any:
     """Return `function` to be written out in the compiled functions that call it, before these are compiled.
 
-    For parts of a loop where a call would count, and for long functions with one caller each: a compiled
-    function is optimized once by itself and once more in each function that calls it, directly or not, which
-    can be most of the time that compiling takes.
+    For parts of a loop where a call would count, and for long functions with one caller each. A compiled
+    function is optimized once by itself and once more in each function that calls it, directly or not,
+    which can be most of the time that compiling takes.
     """
     return numba.njit(inline="always")(function)
 

@@ -54,6 +54,46 @@ def play_step(before: Array, value: Array, width: float | Array) -> Array:
     return np.minimum(np.maximum(before, value - half), value + half)
 
 
+def closing_play_step(
+    now: Array, before: Array, after: Array, width: Array, time_s: float, dt_s: float
+) -> Array:
+    """Return the outputs of plays whose drives close what is left of the dead-band with a time constant.
+
+    Inside the dead-band y follows dy/dt = (u - y) / T; the input moves on a straight line from `before` to
+    `after` in `dt_s`. All arrays have shape (..., t); exact, as u - y goes one way within a step.
+    """
+    half = 0.5 * np.asarray(width)
+    if dt_s <= 0.0 or time_s <= 0.0:
+        return np.minimum(np.maximum(now, after - half), after + half)
+    behind = time_s * (after - before) / dt_s  # where u - y tends to
+    gap = behind + (before - now - behind) * math.exp(-dt_s / time_s)
+    return after - np.minimum(np.maximum(gap, -half), half)
+
+
+def limited_step(now: Array, before: Array, after: Array, most_per_s: Array, dt_s: float) -> Array:
+    """Return where outputs are that follow their inputs at no more than a speed, shape (..., t).
+
+    The inputs move on a straight line from `before` to `after` in `dt_s`. An output goes toward its input,
+    meets it, and then keeps up with it or falls behind on the other side; exact.
+    """
+    if dt_s <= 0.0:
+        return np.where(np.isfinite(most_per_s), now, after)
+    speed = (after - before) / dt_s
+    toward = np.sign(before - now)
+    closing = most_per_s - speed * toward  # how fast the gap closes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        meets_s = np.where(
+            toward == 0.0, 0.0, np.where(closing > 0.0, np.abs(before - now) / closing, np.inf)
+        )
+    lasts_s = np.minimum(meets_s, dt_s)
+    way_s = dt_s - lasts_s
+    with np.errstate(invalid="ignore"):
+        still_behind = now + toward * most_per_s * dt_s
+        left = before + speed * lasts_s + np.sign(speed) * most_per_s * way_s
+    met = np.where(np.abs(speed) <= most_per_s, after, left)
+    return np.where(meets_s >= dt_s, still_behind, met)
+
+
 def plays(values: Array, thresholds: Array) -> Array:
     """Return the outputs of several plays of one input (r,), from rest at zero, (r, k); half widths (k,)."""
     return play(np.repeat(values[:, np.newaxis], len(thresholds), axis=1), 2.0 * thresholds)
@@ -363,8 +403,8 @@ _ROUNDING = 1e-9
 def counts_where_alone(bend_rad: Array, alone_rad: Array, step_rad: float, alone_step_rad: float) -> Array:
     """Return how many steps rows take, longer ones where the tendons of one end move all but alone.
 
-    `bend_rad`: by which the change of all inputs would bend a frictionless robot, (r,); `alone_rad`: the part
-    of the tendons of one end, those that do most, (r,); `step_rad` of a step, `alone_step_rad` of one where
+    `bend_rad`: by which the change of all inputs would bend a frictionless robot, (r,). `alone_rad`: the part
+    of the tendons of one end, those that do most, (r,). `step_rad` of a step, `alone_step_rad` of one where
     all else bends it by less than a tenth of `step_rad`.
     """
     beside = np.ceil((bend_rad - alone_rad) / (_BESIDE_SHARE * step_rad) - _ROUNDING)

@@ -44,7 +44,7 @@ _STIFFNESS = {INSERTION: (1e6, 1e3), ROLL: (1e2, 1e-1)}
 def carry(root: Element, dynamics: Dynamics, base: Array, roll: bool = False) -> None:
     """Move what is the robot's into the body `catheter`, whose joints `insertion` and `roll` move it.
 
-    `insertion` slides along the base's z axis and `roll`, if asked for, turns about it; each has an actuator
+    `insertion` slides along the base's z axis and `roll`, if asked for, turns about it. Each has an actuator
     of its own name, at the end of the list: control in m or rad from where the base stands in the model.
 
     Args:

@@ -3,8 +3,10 @@
 
 const about = JSON.parse(document.getElementById("about").textContent);
 const find = (id) => document.getElementById(id);
-const scene = new Scene(find("view"), about.length_mm, about.turn);
+const scene = new Scene(find("view"), paint);
 const MOST_TRAIL = 300;
+const NAME = about.robot.replace(/[^\w.-]+/g, "_"); // of files
+scene.look([0, 0, about.length_mm / 2], 1.4 * about.length_mm, about.turn_rad);
 const channels = about.sliders.filter((slider) => !/^(force_tip|gravity)_/.test(slider.name));
 const boxes = new Map();
 let state = null, trail = [], wanted = {}, asked = false, received = 0, drawn = 0, chosen = 0;
@@ -96,7 +98,7 @@ function gamepad() {
   }
 }
 
-// What the server says, and the picture of it.
+// What the server says, and how it is drawn.
 function take(next) {
   if (state && next.time_s < state.time_s) trail = [];
   state = next;
@@ -104,6 +106,7 @@ function take(next) {
   const tip = state.shape_mm[state.shape_mm.length - 1];
   trail.push(tip);
   if (trail.length > MOST_TRAIL) trail.shift();
+  scene.draw();
   for (const [name, value] of Object.entries(state.values)) show(name, value);
   find("time").textContent = `${state.time_s.toFixed(1)} s`;
   find("tip").textContent = `tip ${tip.map((value) => value.toFixed(1)).join(", ")} mm`;
@@ -114,22 +117,21 @@ function take(next) {
   }
 }
 
-function picture() {
-  if (state) {
-    const style = getComputedStyle(document.body);
-    const colour = (name) => style.getPropertyValue(name).trim();
-    const items = [
-      { kind: "path", points: trail, colour: colour("--trail"), width: 1.5 },
-      { kind: "tube", points: state.shape_mm, colour: colour("--robot"), edge: colour("--edge"), radius: about.radius_mm },
-    ];
-    if (state.measured_mm) {
-      items.push({ kind: "points", points: state.measured_mm, colour: colour("--measured"), radius: Math.min(0.6 * about.radius_mm, 0.015 * about.length_mm) });
-    }
-    scene.show(items);
-    drawn += 1;
-  }
+function paint() {
+  if (!state) return;
+  for (const share of [0.25, 0.5]) scene.ring(share * about.length_mm);
+  scene.axes();
+  scene.line(trail, colour("trail"), 1.5);
+  scene.tubes([{ line: state.shape_mm, radii: about.radii_mm, ink: colour("robot") }], true);
+  const known = (state.measured_mm ?? []).filter((point) => point.every((value) => value !== null));
+  scene.dots(known, 4.5, colour("measured"));
+  scene.ruler();
+  drawn += 1;
+}
+
+function poll() {
   gamepad();
-  requestAnimationFrame(picture);
+  requestAnimationFrame(poll);
 }
 
 setInterval(() => {
@@ -149,15 +151,17 @@ source.onerror = lost;
 
 find("reset").addEventListener("click", () => ask({ reset: true }));
 find("save").addEventListener("click", () => {
-  const link = Object.assign(document.createElement("a"), { href: "driven.csv", download: `${about.robot}_driven.csv` });
+  const link = Object.assign(document.createElement("a"), { href: "driven.csv", download: `${NAME}_driven.csv` });
   link.click();
 });
 find("shot").addEventListener("click", () => {
-  const link = Object.assign(document.createElement("a"), { href: find("view").toDataURL("image/png"), download: `${about.robot}.png` });
+  const link = Object.assign(document.createElement("a"), { href: find("view").toDataURL("image/png"), download: `${NAME}.png` });
   link.click();
 });
 find("copy").addEventListener("click", async () => {
-  const text = `catheter-sim simulate ${about.robot} --inputs ${about.robot}_driven.csv -o out.csv`;
+  const pull = ["x", "y", "z"].map((axis) => state?.values[`gravity_${axis}_mps2`] ?? 0);
+  const gravity = pull.some(Boolean) ? ` --gravity=${pull.join(",")}` : "";
+  const text = `catheter-sim simulate ${about.command} --inputs ${NAME}_driven.csv${gravity} -o out.csv`;
   try {
     await navigator.clipboard.writeText(text);
     find("said").textContent = `copied: ${text}`;
@@ -174,4 +178,4 @@ if (about.played) {
   find("speed").addEventListener("change", () => ask({ play: { speed: Number(find("speed").value), running: Boolean(state && state.running) } }));
 }
 choose(0);
-requestAnimationFrame(picture);
+requestAnimationFrame(poll);

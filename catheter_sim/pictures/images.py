@@ -1,9 +1,8 @@
-"""Pictures and what is measured on them: the backend, drawn tendons, shapes against pixels."""
+"""Pictures and what they are read by: the backend, cameras, drawn tendons, files, scale and legend."""
 
 from __future__ import annotations
 
 import atexit
-import copy
 import importlib
 import math
 import os
@@ -14,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.files import placed_when_whole
@@ -31,7 +30,6 @@ from catheter_sim.mjcf.names import tendon as tendon_name
 from catheter_sim.modelling.build import View
 from catheter_sim.platforms import BACKEND_VARIABLE, no_context, offscreen_backend, require_mujoco
 from catheter_sim.progress import counted
-from catheter_sim.robots import kind_of
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import replaced_when_whole
 
@@ -135,19 +133,7 @@ def _choose_backend() -> None:
 
 
 # ----------------------------------------------------------------------------------------------------
-# The centreline that an analytic posture promises, and what of the drawn robot must show it.
-#
-# No geom is made for the check; what is looked at is what a user sees. Which geoms that are, the robot's
-# kind says (`picture.py`).
-
-
-def centreline(robot: RobotSpec, posture: Posture) -> Array:
-    """Return points on the centreline from the robot's base to its tip, shape (n, 3) [m]."""
-    return kind_of(robot).picture.centreline(robot, posture)
-
-
-# ----------------------------------------------------------------------------------------------------
-# Where a camera of the model sees a point: MuJoCo's pinhole camera as a projection matrix.
+# Where a camera sees a point: a pinhole camera as a projection matrix, of no model's.
 #
 # Image coordinates: u to the right and v down, in pixels, from the picture's top left corner; the pixel in
 # column c and row r covers c <= u < c + 1 and r <= v < r + 1, so its centre is at (c + 0.5, r + 0.5).
@@ -169,28 +155,6 @@ class PinholeCamera:
     fovy_rad: float
     width: int
     height: int
-
-
-def model_camera(
-    model: mujoco.MjModel, data: mujoco.MjData, name: str, width: int, height: int
-) -> PinholeCamera:
-    """Return the model's camera `name` as it stands in `data` (its kinematics up to date).
-
-    The camera must be one that its field of view alone describes: no sensor size, not orthographic.
-
-    Raises:
-        InputError: the model has no such camera.
-    """
-    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name)
-    if index < 0:
-        raise unknown("camera", name, [model.camera(k).name for k in range(model.ncam)])
-    return PinholeCamera(
-        p_w=data.cam_xpos[index].copy(),
-        R_wc=data.cam_xmat[index].reshape(3, 3).copy(),
-        fovy_rad=math.radians(float(model.cam_fovy[index])),
-        width=width,
-        height=height,
-    )
 
 
 def projection_matrix(camera: PinholeCamera) -> Array:
@@ -218,7 +182,8 @@ def project(matrix: Array, points: Array) -> Array:
 
 TENSION_COLOURS = ((0.45, 0.50, 0.58), (0.98, 0.78, 0.10), (0.82, 0.05, 0.08))  # slack, half, full
 MEASURED = np.array([0.0, 0.45, 0.70, 1.0], np.float32)  # blue: no tension has it
-_WIDER = 1.6  # what is drawn over a tendon's own drawing
+WIDER = 1.6  # what is drawn over a tendon's own drawing
+NO_TENSION = 4e-3  # of what is drawn in the last colour: less is one of its 256 steps, and none
 
 
 def tension_colours(share: ArrayLike) -> NDArray[np.float32]:
@@ -242,10 +207,12 @@ class PulledTendons:
     Attributes:
         pulls: actuator and tendon of each.
         rows: each one's place among the robot's tendons; -1: none of them (a pair's antagonist).
+        groups: the tendons of each group that share holes, as places in `pulls`; a tendon alone has none.
     """
 
     pulls: tuple[tuple[int, int], ...]
     rows: tuple[int, ...]
+    groups: tuple[tuple[int, ...], ...] = ()
 
 
 def pulled_tendons(model: mujoco.MjModel, robot: RobotSpec) -> PulledTendons:
@@ -262,7 +229,25 @@ def pulled_tendons(model: mujoco.MjModel, robot: RobotSpec) -> PulledTendons:
         names.index(name) if name in names else -1
         for name in (model.tendon(tendon).name for _, tendon in pulls)
     )
-    return PulledTendons(pulls, rows)
+    return PulledTendons(pulls, rows, _sharing(model, [tendon for _, tendon in pulls]))
+
+
+def _sharing(model: mujoco.MjModel, tendons: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+    """Return groups of `tendons` that overlap in a hole by more than a tendon's radius, as places in it."""
+    holes = []
+    for tendon in tendons:
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        sites = model.wrap_objid[first : first + count]
+        holes.append((model.site_bodyid[sites], model.site_pos[sites]))
+    group = list(range(len(tendons)))
+    for one, two in combinations(range(len(tendons)), 2):
+        (bodies, places), (others, there) = holes[one], holes[two]
+        apart = np.linalg.norm(places[:, np.newaxis] - there, axis=2)
+        near = apart < min(model.tendon_width[tendons[one]], model.tendon_width[tendons[two]])
+        if (near & (bodies[:, np.newaxis] == others)).any():
+            group = [group[one] if item == group[two] else item for item in group]
+    shared = {number: tuple(np.flatnonzero(np.equal(group, number)).tolist()) for number in group}
+    return tuple(members for members in shared.values() if len(members) > 1)
 
 
 def stretch_tensions(simulator: Simulator, pulled: PulledTendons) -> tuple[Array, ...]:
@@ -294,17 +279,30 @@ def paint_tendons(
     `full_N` is what is drawn in the last colour, of each tendon [N].
     """
     for (_, tendon), full, tension in zip(pulled.pulls, full_N, tensions, strict=True):
-        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
-        path = data.site_xpos[model.wrap_objid[first : first + count]]
-        width = _WIDER * float(model.tendon_width[tendon])
-        for k, colour in enumerate(tension_colours(tension / full)):
-            if scene.ngeom >= scene.maxgeom:
-                return
-            geom = scene.geoms[scene.ngeom]
-            capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
-            mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
-            mujoco.mjv_connector(geom, capsule, width, path[k], path[k + 1])
-            scene.ngeom += 1
+        paint_tendon(
+            scene, tendon_path(model, data, tendon), tension / full, WIDER * model.tendon_width[tendon]
+        )
+
+
+def tendon_path(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Array:
+    """Return the sites along a tendon as `data` stands, shape (n, 3) [m]."""
+    first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+    return np.asarray(data.site_xpos[model.wrap_objid[first : first + count]])
+
+
+def paint_tendon(
+    scene: mujoco.MjvScene, path: Array, share: Array, radius_m: float, moves: Sequence[Array] = ()
+) -> None:
+    """Add a tendon's stretches to `scene` in the colours of their tensions, each moved by one of `moves`."""
+    for k, colour in enumerate(tension_colours(share)):
+        if scene.ngeom >= scene.maxgeom:
+            return
+        move = moves[k] if moves else 0.0
+        geom = scene.geoms[scene.ngeom]
+        capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
+        mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)
+        mujoco.mjv_connector(geom, capsule, radius_m, path[k] + move, path[k + 1] + move)
+        scene.ngeom += 1
 
 
 def paint_points(scene: mujoco.MjvScene, points: Array, radius_m: float) -> None:
@@ -322,6 +320,7 @@ def paint_points(scene: mujoco.MjvScene, points: Array, radius_m: float) -> None
 # Pictures and videos as files, written whole or not at all.
 
 Picture = NDArray[np.uint8]  # shape (height, width, 3)
+Place = tuple[int, int]  # left and top edge of what stands in a picture, its margins included [pixels]
 
 PICTURE, VIDEO, ANIMATION = ".png", ".mp4", ".gif"
 _LOSS = 10  # of the encoder, 0 (none) to 51
@@ -329,6 +328,7 @@ _LOSS = 10  # of the encoder, 0 (none) to 51
 # curve as videos name it; luma from 16 to 235.
 _COLOURS = {"colorspace": 6, "color_primaries": 1, "color_trc": 1, "color_range": 1}
 INK = (40, 48, 60)
+_FRAME = 2  # around a smaller picture [pixels]
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
@@ -498,14 +498,24 @@ def _frames_in(video: Path) -> int:
         return 0
 
 
-def with_inset(image: Picture, inset: Picture, corner: tuple[int, int]) -> Picture:
-    """Return `image` with a framed smaller picture in a corner (row, column: 0 first, 1 last)."""
-    result = image.copy()
-    framed = np.pad(inset, ((2, 2), (2, 2), (0, 0)), constant_values=150)
-    rows, columns, gap = framed.shape[0], framed.shape[1], image.shape[0] // 40
-    top = image.shape[0] - rows - gap if corner[0] else gap
-    left = image.shape[1] - columns - gap if corner[1] else gap
-    result[top : top + rows, left : left + columns] = framed
+def in_corner(image: Picture, size: tuple[int, int], corner: tuple[int, int]) -> Place:
+    """Return the place of something of a width and height in a corner (row, column: 0 first, 1 last)."""
+    height, width = image.shape[:2]
+    return (width - size[0] if corner[1] else 0), (height - size[1] if corner[0] else 0)
+
+
+def inset_size(side: int, height: int) -> tuple[int, int]:
+    """Return width and height that `with_inset` takes, margins included, in a picture so high [pixels]."""
+    whole = side + 2 * _FRAME + 2 * gap_of(height)
+    return whole, whole
+
+
+def with_inset(image: Picture, inset: Picture, place: Place) -> Picture:
+    """Return `image` with a framed smaller picture."""
+    result, gap = image.copy(), gap_of(image.shape[0])
+    framed = np.pad(inset, ((_FRAME, _FRAME), (_FRAME, _FRAME), (0, 0)), constant_values=150)
+    left, top = place[0] + gap, place[1] + gap
+    result[top : top + framed.shape[0], left : left + framed.shape[1]] = framed
     return result
 
 
@@ -535,14 +545,12 @@ def gap_of(height: int) -> int:
     return height // 40
 
 
-def with_caption(image: Picture, lines: Iterable[str], corner: tuple[int, int]) -> Picture:
-    """Return `image` with lines of text in a corner (row, column: 0 first, 1 last)."""
+def with_caption(image: Picture, lines: Iterable[str], place: Place) -> Picture:
+    """Return `image` with lines of text."""
     canvas, draw, font, gap = _opened(image)
     text = "\n".join(lines)
-    left, top, right, bottom = draw.multiline_textbbox((0, 0), text, font=font)
-    x = image.shape[1] - gap - right if corner[1] else gap - left
-    y = image.shape[0] - gap - bottom if corner[0] else gap - top
-    draw.multiline_text((x, y), text, fill=INK, font=font)
+    left, top, _, _ = draw.multiline_textbbox((0, 0), text, font=font)
+    draw.multiline_text((place[0] + gap - left, place[1] + gap - top), text, fill=INK, font=font)
     return np.asarray(canvas)
 
 
@@ -572,22 +580,27 @@ def round_length(longest: float) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest * (1.0 + 1e-9))
 
 
+def round_end(largest: float) -> float:
+    """Return the least of 1, 2 and 5 times a power of ten that holds `largest`, to a step of the colours."""
+    least = largest * (1.0 - NO_TENSION)
+    power = 10.0 ** math.floor(math.log10(least))
+    return min(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least)
+
+
 def scale_size(height: int) -> tuple[int, int]:
     """Return width and height that `with_scale` takes in a picture so high, margins included [pixels]."""
     gap = gap_of(height)
     return round((_SHARE + 3.0 * _AXIS) * height) + 2 * gap, round(2.6 * _AXIS * height) + 2 * gap
 
 
-def with_scale(image: Picture, view: View, corner: tuple[int, int]) -> Picture:
-    """Return `image` with a scale bar and the base frame's axes in a corner (row, column: 0 first, 1 last).
+def with_scale(image: Picture, view: View, place: Place) -> Picture:
+    """Return `image` with a scale bar and the base frame's axes.
 
     The bar is true in the plane through the view's target; nearer to the camera things are a little larger.
     """
-    height, width = image.shape[:2]
+    height = image.shape[0]
     canvas, draw, font, gap = _opened(image)
-    across, along = scale_size(height)
-    left = width - across + gap if corner[1] else gap
-    bottom = height - gap if corner[0] else along - gap
+    left, bottom = place[0] + gap, place[1] + scale_size(height)[1] - gap
     pixels_per_m = height / view.height
     length_mm = round_length(1e3 * _SHARE * height / pixels_per_m)
     end = left + round(1e-3 * length_mm * pixels_per_m)
@@ -610,20 +623,25 @@ def with_scale(image: Picture, view: View, corner: tuple[int, int]) -> Picture:
 
 def legend_size(height: int) -> tuple[int, int]:
     """Return width and height that `with_tension_legend` takes in a picture so high [pixels]."""
-    letters = font_of(height).getbbox("tension 00.00 N")
-    return round(letters[2]) + 2 * gap_of(height), round((_BAR[1] + 0.05) * height) + 2 * gap_of(height)
+    letters, gap = font_of(height).getbbox("tension 00.00 N"), gap_of(height)
+    title, bar = _legend_heights(height)
+    return round(letters[2]) + 2 * gap, title + bar + round(0.5 * letters[3]) + 2 * gap
 
 
-def with_tension_legend(image: Picture, full_N: float, corner: tuple[int, int]) -> Picture:
-    """Return `image` with the colours of tensions from 0 to `full_N` in a corner, figures beside them."""
-    height, width = image.shape[:2]
+def _legend_heights(height: int) -> tuple[int, int]:
+    """Return the heights of the legend's title and bar: three figures fit beside the bar [pixels]."""
+    letter = font_of(height).getbbox("0 N")[3]
+    return round(max(0.05 * height, 1.5 * letter)), round(max(_BAR[1] * height, 2.6 * letter))
+
+
+def with_tension_legend(image: Picture, full_N: float, place: Place) -> Picture:
+    """Return `image` with the colours of tensions from 0 to `full_N`, figures beside them."""
+    height = image.shape[0]
     canvas, draw, font, gap = _opened(image)
-    across, along = legend_size(height)
-    left = width - across + gap if corner[1] else gap
-    top = height - along + gap if corner[0] else gap
+    left, top = place[0] + gap, place[1] + gap
     draw.text((left, top), "tension", fill=INK, font=font, anchor="lt")
-    top += round(0.05 * height)
-    bar_width, bar_height = (max(4, round(size * height)) for size in _BAR)
+    title, bar_height = _legend_heights(height)
+    top, bar_width = top + title, max(4, round(_BAR[0] * height))
     colours = np.round(255 * tension_colours(np.linspace(1.0, 0.0, bar_height))[:, :3]).astype(np.uint8)
     bar = np.repeat(colours[:, np.newaxis], bar_width, axis=1)
     canvas.paste(Image.fromarray(bar), (left, top))
@@ -632,162 +650,3 @@ def with_tension_legend(image: Picture, full_N: float, corner: tuple[int, int]) 
         at = top + round((1.0 - share) * (bar_height - 1))
         draw.text((beside, at), f"{share * full_N:.3g} N", fill=INK, font=font, anchor="lm")
     return np.asarray(canvas)
-
-
-# ----------------------------------------------------------------------------------------------------
-# Render check: do the robot's pixels lie where an analytic model says that its centreline is?
-#
-# The chain from a posture through the written model, the engine's kinematics and meshes to pixels is closed
-# independently: the analytic centreline is projected by the camera's known matrix
-# (`catheter_sim.pictures.images`), and the pixels come from a segmentation render of the geoms that
-# show the centreline alone (`catheter_sim.pictures.images`).
-
-WIDTH, HEIGHT = 640, 480  # pixels
-TOLERANCE_PX = 1.0  # largest mean distance of a right model
-_BIN_PX = 8.0  # length of centreline over which pixels are averaged
-_END_PX = 2.0  # an end face's pixels lie within this length
-
-
-@dataclass(frozen=True)
-class RenderCheck:
-    """How far the rendered centreline lies from the analytic one.
-
-    Attributes:
-        mean_px: mean distance between points at the same share of both centrelines' lengths.
-        largest_px: the largest such distance.
-        length_ratio: rendered by analytic length in the picture.
-        pixels: how many pixels show the centreline's geoms.
-        rendered: its centreline in the picture, shape (m, 2) [pixels].
-        expected: the analytic points that belong to it, shape (m, 2) [pixels].
-    """
-
-    mean_px: float
-    largest_px: float
-    length_ratio: float
-    pixels: int
-    rendered: Array
-    expected: Array
-
-    @property
-    def passed(self) -> bool:
-        """Whether the mean distance is within the tolerance; undefined is not."""
-        return bool(self.mean_px <= TOLERANCE_PX)
-
-
-def check_render(
-    robot: RobotSpec,
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    posture: Posture,
-    camera: str = "side",
-    width: int = WIDTH,
-    height: int = HEIGHT,
-) -> RenderCheck:
-    """Return how far the model as it stands in `data` is drawn from the analytic `posture`.
-
-    The posture is the analytic model's under the same inputs; the camera sees the whole robot.
-
-    Raises:
-        InputError: unknown camera, or nothing to draw with.
-    """
-    matrix = projection_matrix(model_camera(model, data, camera, width, height))
-    mask = centreline_mask(robot, model, data, camera, width, height)
-    return compare(mask, project(matrix, centreline(robot, posture)))
-
-
-def centreline_mask(
-    robot: RobotSpec, model: mujoco.MjModel, data: mujoco.MjData, camera: str, width: int, height: int
-) -> NDArray:
-    """Return which pixels show what the centreline is the middle of, shape (height, width), bool.
-
-    Nothing else is drawn, so that nothing is hidden.
-    """
-    alone = copy.copy(model)
-    parts = tuple(f"{prefix}_" for prefix in kind_of(robot).picture.CENTRELINE_PARTS)
-    names = [alone.geom(k).name for k in range(alone.ngeom)]
-    alone.geom_group[:] = [0 if name.startswith(parts) else 1 for name in names]
-    options = mujoco.MjvOption()
-    options.geomgroup[:] = [1, 0, 0, 0, 0, 0]
-    for groups in (options.sitegroup, options.tendongroup, options.skingroup, options.actuatorgroup):
-        groups[:] = 0
-    with open_renderer(alone, width, height) as renderer:
-        renderer.enable_segmentation_rendering()
-        renderer.update_scene(data, camera=camera, scene_option=options)
-        kinds = renderer.render()[:, :, 1]
-    return kinds == int(mujoco.mjtObj.mjOBJ_GEOM)
-
-
-def compare(mask: NDArray, curve: Array) -> RenderCheck:
-    """Return the distance between the centreline of the pixels in `mask` and the polyline `curve`.
-
-    The pixels are sorted along `curve`, prolonged straight at both ends, and averaged in short
-    stretches: the rendered centreline. Each of its points is compared with the point of `curve` at the
-    same share of the length, so that a robot drawn too short or too long counts like one bent wrongly.
-
-    Args:
-        mask: pixels whose middle is the centreline, shape (height, width), bool.
-        curve: image coordinates, shape (n, 2) [pixels].
-    """
-    row, column = np.nonzero(mask)
-    pixels = np.stack([column, row], axis=1).astype(np.float64) + 0.5
-    if len(pixels) == 0:
-        nothing = np.zeros((0, 2))
-        return RenderCheck(np.nan, np.nan, 0.0, 0, nothing, nothing)
-    curve = curve[np.concatenate([[True], np.linalg.norm(np.diff(curve, axis=0), axis=1) > 1e-9])]
-    station, aside, length = _stations(pixels, curve)
-    first, last = -_end(-station, aside), _end(station, aside)
-    count = max(2, round((last - first) / _BIN_PX))
-    index = np.clip(((station - first) / (last - first) * count).astype(int), 0, count - 1)
-    number = np.bincount(index, minlength=count)
-    shown = number > 0
-
-    def mean(values: Array) -> Array:
-        return np.bincount(index, values, minlength=count)[shown] / number[shown]
-
-    rendered = np.stack([mean(pixels[:, 0]), mean(pixels[:, 1])], axis=1)
-    share = (mean(station) - first) / (last - first)
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
-    expected = np.stack([np.interp(share * length, arc, curve[:, axis]) for axis in (0, 1)], axis=1)
-    distance = np.linalg.norm(rendered - expected, axis=1)
-    return RenderCheck(
-        mean_px=float(distance.mean()),
-        largest_px=float(distance.max()),
-        length_ratio=float((last - first) / length),
-        pixels=len(pixels),
-        rendered=rendered,
-        expected=expected,
-    )
-
-
-def _end(station: Array, aside: Array) -> float:
-    """Return the station at which the pixels end, to a fraction of a pixel.
-
-    In each pixel-wide line along the backbone the last pixel's centre lies half a pixel, on average,
-    before the end; so averaging over the lines that reach the end finds a tilted end face too.
-    """
-    line = np.round(aside).astype(int)
-    lasts = np.array([station[line == value].max() for value in np.unique(line)])
-    return float(lasts[lasts > lasts.max() - _END_PX].mean()) + 0.5
-
-
-def _stations(pixels: Array, curve: Array) -> tuple[Array, Array, float]:
-    """Return each pixel's place along `curve` and beside it, and the curve's length [pixels].
-
-    Beyond the ends the curve goes on straight: stations below 0 and above the length.
-    """
-    step = np.diff(curve, axis=0)
-    size = np.linalg.norm(step, axis=1)
-    along = step / size[:, np.newaxis]
-    begin = np.concatenate([[0.0], np.cumsum(size)[:-1]])
-    best = np.full(len(pixels), np.inf)
-    station, aside = np.zeros(len(pixels)), np.zeros(len(pixels))
-    for k in range(len(step)):
-        offset = pixels - curve[k]
-        t = offset @ along[k]
-        t = np.clip(t, -np.inf if k == 0 else 0.0, np.inf if k == len(step) - 1 else size[k])
-        squared = ((offset - t[:, np.newaxis] * along[k]) ** 2).sum(axis=1)
-        closer = squared < best
-        best[closer] = squared[closer]
-        station[closer] = begin[k] + t[closer]
-        aside[closer] = offset[closer] @ (-along[k, 1], along[k, 0])
-    return station, aside, float(size.sum())

@@ -4,39 +4,56 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import product
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_inputs, input_channels
-from catheter_sim.core.inputs import Inputs, slice_inputs
+from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, SimulationDiverged, unknown
 from catheter_sim.mjcf.names import TIP
 from catheter_sim.modelling.build import FOVY_DEG, View, remembered_mjcf, views
+from catheter_sim.pictures.beside import (
+    GHOST_SHARE,
+    Item,
+    MeasuredPoints,
+    TendonLook,
+    computed_points,
+    free_places,
+    ghost_line,
+    paint_close_up,
+    paint_line,
+    paint_measured,
+    paint_pulled,
+)
 from catheter_sim.pictures.curves import Curves, overlaid, strip_width
 from catheter_sim.pictures.images import (
     ANIMATION,
+    MEASURED,
     PICTURE,
     SMALLEST_SIDE,
     VIDEO,
     Picture,
     PinholeCamera,
+    Place,
     PulledTendons,
     caption_size,
+    gap_of,
+    inset_size,
     legend_size,
     open_renderer,
-    paint_points,
-    paint_tendons,
     project,
     projection_matrix,
     pulled_tendons,
     require_even,
+    round_end,
     scale_size,
     stretch_tensions,
     suffix_of,
@@ -71,12 +88,14 @@ class DrawnState:
         moved: fields of the model by their names, shapes (..., 3) [m].
         tension: in every stretch of each pulled tendon [N], where the tendons are to be painted by it.
         points: measured beside it, shape (k, 3) [m]; NaN is missing. None: no measurement is shown.
+        point_names: of `points`, as `MeasuredPoints` has them.
     """
 
     qpos: Array
     moved: Mapping[str, Array]
     tension: tuple[Array, ...] = ()
     points: Array | None = None
+    point_names: tuple[str, ...] = ()
 
 
 def state_of(
@@ -141,8 +160,6 @@ def swept_points(model: mujoco.MjModel, states: Iterable[DrawnState]) -> Array:
         for side in product((-1.0, 1.0), repeat=3):
             corner = middle + half * side
             clouds.append(data.geom_xpos[shown] + (turned @ corner[:, :, np.newaxis])[:, :, 0])
-        if state.points is not None:
-            clouds.append(state.points[np.isfinite(state.points).all(axis=1)])
     return np.concatenate(clouds)
 
 
@@ -174,36 +191,6 @@ def free_camera(view: View) -> mujoco.MjvCamera:
     return camera
 
 
-def emptiest_corner(
-    view: View,
-    points: Array,
-    width: int,
-    height: int,
-    size: tuple[int, int],
-    taken: Collection[tuple[int, int]] = (),
-) -> tuple[int, int]:
-    """Return the corner (row, column: 0 first, 1 last) where a small rectangle hides the fewest points.
-
-    Points have the shape (n, 3) [m], sizes are in pixels; corners that are `taken` are no choice.
-    """
-    right, up = view.axes
-    scale = height / view.height
-    u = (points - view.target) @ right * scale + width / 2.0
-    v = -((points - view.target) @ up) * scale + height / 2.0
-    hidden = {
-        (row, column): int(
-            (
-                ((v > height - size[1]) if row else (v < size[1]))
-                & ((u > width - size[0]) if column else (u < size[0]))
-            ).sum()
-        )
-        for row in (0, 1)
-        for column in (0, 1)
-        if (row, column) not in taken
-    }
-    return min(hidden, key=lambda corner: hidden[corner])
-
-
 # ----------------------------------------------------------------------------------------------------
 # Pictures of a robot in given states, from one place that holds them all, with what they are read by.
 
@@ -226,6 +213,8 @@ class Look:
         look_at_mm: the point in the picture's middle, base frame; None: the middle of the robot.
         transparent: nothing is drawn behind the robot.
         legend: scale, axes, colours and caption are drawn.
+        inset: with them, a close-up: of the joint that has turned most where the kind has a profile to show,
+            else of the base.
     """
 
     camera: str = CAMERAS[0]
@@ -235,6 +224,7 @@ class Look:
     look_at_mm: tuple[float, float, float] | None = None
     transparent: bool = False
     legend: bool = True
+    inset: bool = True
 
 
 def bending_azimuth(model: mujoco.MjModel, states: Iterable[DrawnState]) -> float:
@@ -279,22 +269,88 @@ _INSET = 0.42  # side of the close-up over the picture's height
 _LEAST_TENSION_N = 1e-6  # less is no tension to paint
 _NOTHING = 0.99  # of the largest distance that is drawn: what is farther is none
 _POINT = 0.009  # radius of a measured point over the height that is seen
-
-Corner = tuple[int, int]
+_LEAST_TENDON_PX = 0.8  # radius of a tendon that is thinner
+_TRIED_STATES = 16  # of a video, that must leave room for what stands beside the robot
+# How much more than the robot is seen to make room, and where the robot then stands across: -1 left.
+_MORE = ((1.0, (0,)), *((more, (0, -1, 1)) for more in (1.12, 1.25, 1.4, 1.6, 1.9)))
+INSET, CAPTION, LEGEND, SCALE = "close-up", "inputs", "tensions", "scale"
+OnLeftOut = Callable[[Sequence[str]], None]
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """From where a robot is seen, and what lies in which corner of its picture; None: nothing."""
+    """From where a robot is seen, and what stands where beside it, by name; missing: nothing.
+
+    `words` stand above the close-up.
+    """
 
     view: View
+    height: int
     pulled: PulledTendons
     full_N: float
-    inset: Corner | None
     side: int
-    caption: Corner | None
-    legend: Corner | None
-    scale: Corner | None
+    words: tuple[str, ...]
+    places: Mapping[str, Place]
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def frame(self) -> Place:
+        """Of the close-up, below its words."""
+        left, top = self.places[INSET]
+        return left, top + _words_height(self.words, self.height)
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """What of a robot is drawn, and into pictures of which size."""
+
+    robot: RobotSpec
+    model: mujoco.MjModel
+    states: Sequence[DrawnState]
+    width: int
+    height: int
+    look: Look
+
+    def beside(self, captions: Sequence[Sequence[str]], full_N: float, close_up: bool) -> list[Item]:
+        """Return what stands beside the robot, what needs most room first."""
+        if not self.look.legend:
+            return []
+        sizes = np.array([caption_size(lines, self.height) for lines in captions])
+        across, down = sizes.max(axis=0).tolist()
+        items = []
+        if close_up and self.look.inset:
+            (whole, high), words = inset_size(self.side, self.height), self.close_words()
+            wide = max(whole, caption_size(words, self.height)[0])
+            items.append(Item(INSET, (wide, high + _words_height(words, self.height)), (1, 1)))
+        items.append(Item(CAPTION, (across, down), (0, 0)))
+        if full_N > 0.0:
+            items.append(Item(LEGEND, legend_size(self.height), (0, 1)))
+        return [*items, Item(SCALE, scale_size(self.height), (1, 0))]
+
+    def measured_corners(self) -> list[Array]:
+        """Return points around the measured ones, shapes (n, 3) [m]: as far as a robot there would reach."""
+        reach = max(segment.outer_radius_m for segment in self.robot.segments)
+        found = [state.points for state in self.states if state.points is not None]
+        finite = [points[np.isfinite(points).all(axis=1)] for points in found]
+        return [points + reach * way for points in finite for way in (*np.eye(3), *-np.eye(3))]
+
+    @property
+    def side(self) -> int:
+        """Of the close-up [pixels]."""
+        return max(SMALLEST_SIDE, round(_INSET * min(self.width, self.height)))
+
+    def close_words(self) -> tuple[str, ...]:
+        """Return what stands above the close-up, line by line."""
+        if (profile := kind_of(self.robot).profile) is None:
+            return ()
+        data = mujoco.MjData(self.model)
+        put(self.states[-1], self.model, data)
+        return profile.close_up(self.robot, self.model, data, data.qpos).words
+
+
+def _words_height(words: Sequence[str], height: int) -> int:
+    """Return how much higher a close-up is with words above it, in a picture so high [pixels]."""
+    return caption_size(words, height)[1] - gap_of(height) if words else 0
 
 
 def draw(
@@ -306,29 +362,35 @@ def draw(
     height: int,
     look: Look = Look(),
     close_up: bool = True,
+    on_left_out: OnLeftOut | None = None,
 ) -> Iterator[Picture]:
     """Yield one picture for each of `states`, all from one place that holds them all.
 
     The model is left in the last state. Tendons are painted where the states have tensions. `close_up` shows
-    the cells at the base, beside what `look` asks for.
+    one place closely, beside what `look` asks for. `on_left_out` is called with names of what has no room.
     """
-    layout = _layout(robot, model, states, captions[-1], (width, height), look, close_up)
-    detail = next(view for view in views(robot) if view.name == "detail")
+    scene = _Scene(robot, model, states, width, height, look)
     data = mujoco.MjData(model)
     with ExitStack() as opened:
         large = opened.enter_context(open_renderer(model, width, height))
+        layout = _layout(scene, large, captions, close_up)
+        if on_left_out is not None:
+            on_left_out(layout.left_out)
         small = None
-        if layout.inset is not None:
+        if INSET in layout.places:
             small = opened.enter_context(open_renderer(model, layout.side, layout.side))
         for state, lines in zip(states, captions, strict=True):
             put(state, model, data)
-            _set_scene(large, layout.view, layout, state, model, data)
-            image = large.render()
-            if small is not None and layout.inset is not None:
-                _set_scene(small, detail, layout, state, model, data)
-                image = with_inset(image, small.render(), layout.inset)
+            image = _image(large, scene, layout, state, data)
+            written: NDArray[np.bool_] = np.zeros(image.shape[:2], dtype=bool)
+            if small is not None:
+                close = _close_up(small, scene, layout, state, data)
+                image = with_inset(image, close, layout.frame)
+                frame = with_inset(np.zeros_like(image), np.ones_like(close), layout.frame)
+                written |= np.asarray(frame.any(axis=-1))
             finished = _finished(image, layout, lines)
-            yield with_alpha(finished, image, large) if look.transparent else finished
+            written |= np.asarray((finished != image).any(axis=-1))
+            yield with_alpha(finished, written, large) if look.transparent else finished
 
 
 def draw_together(
@@ -340,100 +402,180 @@ def draw_together(
     width: int,
     height: int,
     look: Look = Look(),
+    on_left_out: OnLeftOut | None = None,
 ) -> Picture:
     """Return one picture of all `states`, the last in full colours, each with its label at its tip.
 
     Arguments are those of `draw`; `caption` is the picture's.
     """
-    layout = _layout(robot, model, states, caption, (width, height), look, False)
-    matrix = projection_matrix(_pinhole(layout.view, width, height))
+    scene = _Scene(robot, model, states, width, height, look)
     data = mujoco.MjData(model)
     images, depths, tips = [], [], []
     with open_renderer(model, width, height) as renderer:
+        layout = _layout(scene, renderer, [caption], False)
+        if on_left_out is not None:
+            on_left_out(layout.left_out)
         for state in states:
             put(state, model, data)
-            _set_scene(renderer, layout.view, layout, state, model, data)
-            images.append(renderer.render())
-            renderer.enable_depth_rendering()
-            depths.append(renderer.render().copy())
-            renderer.disable_depth_rendering()
+            images.append(_image(renderer, scene, layout, state, data))
+            depths.append(_depths(renderer))
             tips.append(data.site(TIP).xpos.copy())
     image = _finished(overlaid(images, depths), layout, caption)
+    matrix = projection_matrix(_pinhole(layout.view, width, height))
     return with_words(image, labels, project(matrix, np.array(tips)))
 
 
 def _layout(
-    robot: RobotSpec,
-    model: mujoco.MjModel,
-    states: Sequence[DrawnState],
-    caption: Sequence[str],
-    size: tuple[int, int],
-    look: Look,
-    close_up: bool,
+    scene: _Scene, renderer: mujoco.Renderer, captions: Sequence[Sequence[str]], close_up: bool
 ) -> _Layout:
-    """Return where to look from, and the emptiest corners, the largest things first."""
-    width, height = size
-    points = swept_points(model, states)
-    own = next(item for item in views(robot) if item.name == look.camera)
-    plane = bending_azimuth(model, states) if look.camera == CAMERAS[0] else 0.0
-    view = zoomed(fitted_view(looked_from(own, look, plane), points, width, height), look)
-    full = max((float(row.max()) for state in states for row in state.tension), default=0.0)
-    taken: list[Corner] = []
+    """Return where to look from, and where things stand beside the robot: on none of its pixels.
 
-    def free(wanted: bool, needs: tuple[int, int]) -> Corner | None:
-        if not wanted:
-            return None
-        taken.append(emptiest_corner(view, points, width, height, needs, taken))
-        return taken[-1]
+    Where there is no room, more than the robot is seen, but in a view that is asked for.
+    """
+    look, size = scene.look, (scene.width, scene.height)
+    points = np.concatenate([swept_points(scene.model, scene.states), *scene.measured_corners()])
+    own = next(item for item in views(scene.robot) if item.name == look.camera)
+    plane = bending_azimuth(scene.model, scene.states) if look.camera == CAMERAS[0] else 0.0
+    view = zoomed(fitted_view(looked_from(own, look, plane), points, *size), look)
+    largest = max((float(row.max()) for state in scene.states for row in state.tension), default=0.0)
+    full_N = round_end(largest) if largest > _LEAST_TENSION_N else 0.0
+    items = scene.beside(captions, full_N, close_up)
+    pulled = pulled_tendons(scene.model, scene.robot)
+    best = _Layout(view, scene.height, pulled, full_N, scene.side, scene.close_words(), {})
+    asked = look.zoom != 1.0 or look.look_at_mm is not None
+    for more, sides in _MORE[:1] if asked else _MORE:
+        for side in sides:
+            room = 0.5 * side * (more - 1.0) * view.height * scene.width / scene.height
+            seen = replace(view, target=view.target - room * view.axes[0], height=more * view.height)
+            tried = replace(best, view=seen)
+            places = free_places(_taken(scene, tried, renderer), items)
+            if len(places) > len(best.places) or not best.left_out:
+                left_out = tuple(item.name for item in items if item.name not in places)
+                best = replace(tried, places=places, left_out=left_out)
+            if len(places) == len(items):
+                return best
+    return best
 
-    side = max(SMALLEST_SIDE, round(_INSET * min(width, height)))
-    inset = free(close_up and look.legend, (side, side))
-    text = free(look.legend, caption_size(caption, height))
-    legend = free(look.legend and full > _LEAST_TENSION_N, legend_size(height))
-    scale = free(look.legend, scale_size(height))
-    return _Layout(view, pulled_tendons(model, robot), full, inset, side, text, legend, scale)
+
+def _taken(scene: _Scene, layout: _Layout, renderer: mujoco.Renderer) -> NDArray[np.bool_]:
+    """Return which pixels the robot and what is measured take in any state, shape (height, width)."""
+    data = mujoco.MjData(scene.model)
+    last = len(scene.states) - 1
+    rows = np.unique(np.rint(np.linspace(0, last, min(last + 1, _TRIED_STATES))).astype(int))
+    taken = np.zeros((scene.height, scene.width), dtype=bool)
+    for row in rows:
+        put(scene.states[row], scene.model, data)
+        _set_whole_scene(renderer, scene, layout, scene.states[row], data)
+        _add_ghost(renderer, scene, scene.states[row])
+        taken |= _robot_pixels(renderer)
+    return taken
 
 
 def _finished(image: Picture, layout: _Layout, caption: Sequence[str]) -> Picture:
     """Return a picture with what stands beside the robot."""
-    if layout.scale is not None:
-        image = with_scale(image, layout.view, layout.scale)
-    if layout.legend is not None:
-        image = with_tension_legend(image, layout.full_N, layout.legend)
-    return image if layout.caption is None else with_caption(image, caption, layout.caption)
+    places = layout.places
+    if SCALE in places:
+        image = with_scale(image, layout.view, places[SCALE])
+    if LEGEND in places:
+        image = with_tension_legend(image, layout.full_N, places[LEGEND])
+    if INSET in places and layout.words:
+        image = with_caption(image, layout.words, places[INSET])
+    return with_caption(image, caption, places[CAPTION]) if CAPTION in places else image
 
 
-def with_alpha(finished: Picture, drawn: Picture, renderer: mujoco.Renderer) -> Picture:
-    """Return a picture, shape (height, width, 4), that is clear where neither the robot nor a word is.
+def _close_up(
+    renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
+) -> Picture:
+    """Return a close-up: of what the kind wants to be seen closely, else of the base."""
+    profile = kind_of(scene.robot).profile
+    if profile is None:
+        detail = next(view for view in views(scene.robot) if view.name == "detail")
+        _set_scene(renderer, detail, scene, layout, state, data)
+        return np.asarray(renderer.render())
+    shown = profile.close_up(scene.robot, scene.model, data, scene.states[-1].qpos)
+    facing = 1.0 if shown.across @ layout.view.backward >= 0.0 else -1.0
+    view = View("close-up", shown.middle, facing * shown.across, shown.height_m)
+    _set_scene(renderer, view, scene, layout, state, data)
+    paint_close_up(renderer.scene, shown)
+    return np.asarray(renderer.render())
 
-    `drawn`: as it was before anything was written on it; `renderer`: holds its scene.
-    """
-    farthest = float(renderer.model.vis.map.zfar * renderer.model.stat.extent)
+
+def _depths(renderer: mujoco.Renderer) -> NDArray[np.float32]:
+    """Return how far what each pixel shows is from the camera, shape (height, width) [m]."""
     renderer.enable_depth_rendering()
     try:
-        robot = renderer.render() < _NOTHING * farthest
+        return np.array(renderer.render())
     finally:
         renderer.disable_depth_rendering()
-    opaque = robot | (finished != drawn).any(axis=-1)
+
+
+def _robot_pixels(renderer: mujoco.Renderer) -> NDArray[np.bool_]:
+    """Return which pixels show anything of the renderer's scene, shape (height, width)."""
+    model = renderer.model
+    return _depths(renderer) < _NOTHING * float(model.vis.map.zfar * model.stat.extent)
+
+
+def with_alpha(finished: Picture, written: NDArray[np.bool_], renderer: mujoco.Renderer) -> Picture:
+    """Return a picture, shape (height, width, 4), that is clear where neither the robot nor a word is.
+
+    `written`: which pixels are words, and what else is not the robot; `renderer`: holds its scene.
+    """
+    opaque = _robot_pixels(renderer) | written
     return np.concatenate([finished, np.where(opaque, 255, 0)[..., np.newaxis].astype(np.uint8)], axis=-1)
 
 
 def _set_scene(
     renderer: mujoco.Renderer,
     view: View,
+    scene: _Scene,
     layout: _Layout,
     state: DrawnState,
-    model: mujoco.MjModel,
     data: mujoco.MjData,
 ) -> None:
     options = mujoco.MjvOption()
     options.sitegroup[:] = 0
     renderer.update_scene(data, free_camera(view), options)
-    if state.tension and layout.full_N > _LEAST_TENSION_N:
-        full = [layout.full_N] * len(state.tension)
-        paint_tendons(renderer.scene, model, data, layout.pulled, state.tension, full)
+    least = _LEAST_TENDON_PX * view.height / renderer.height
+    paint_pulled(
+        renderer.scene,
+        scene.model,
+        data,
+        layout.pulled,
+        state.tension,
+        layout.full_N,
+        TendonLook(view.backward, least),
+    )
+
+
+def _set_whole_scene(
+    renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
+) -> None:
+    """Let `renderer` show the whole robot, with the points that were measured of it."""
+    _set_scene(renderer, layout.view, scene, layout, state, data)
     if state.points is not None:
-        paint_points(renderer.scene, state.points, _POINT * view.height)
+        computed = computed_points(scene.model, data, state.point_names)
+        paint_measured(renderer.scene, state.points, computed, _POINT * layout.view.height)
+
+
+def _add_ghost(renderer: mujoco.Renderer, scene: _Scene, state: DrawnState) -> bool:
+    """Add to the scene what was measured as a robot of its own; return whether enough was."""
+    if state.points is None or len(line := ghost_line(state.point_names, state.points)) == 0:
+        return False
+    radius_m = min(segment.outer_radius_m for segment in scene.robot.segments)
+    paint_line(renderer.scene, line, radius_m, MEASURED, mujoco.mjtGeom.mjGEOM_CYLINDER)  # with flat ends
+    return True
+
+
+def _image(
+    renderer: mujoco.Renderer, scene: _Scene, layout: _Layout, state: DrawnState, data: mujoco.MjData
+) -> Picture:
+    """Return the whole robot, and a measured one that is seen through."""
+    _set_whole_scene(renderer, scene, layout, state, data)
+    image = np.asarray(renderer.render())
+    if not _add_ghost(renderer, scene, state):
+        return image
+    both = (1.0 - GHOST_SHARE) * image + GHOST_SHARE * renderer.render()
+    return np.asarray(np.rint(both), dtype=np.uint8)
 
 
 def _pinhole(view: View, width: int, height: int) -> PinholeCamera:
@@ -464,7 +606,15 @@ class _Drawing:
     look: Look
     progress: bool
     states: Sequence[DrawnState]
-    points: Array | None
+    measured: MeasuredPoints | None
+    left_out: list[str]
+
+    def beside(self, states: Sequence[DrawnState], places: Array) -> list[DrawnState]:
+        """Return `states` with what was measured at each: `places`, shape (n, k, 3) [m]."""
+        assert self.measured is not None
+        names = self.measured.names
+        pairs = zip(states, places, strict=True)
+        return [replace(state, points=points, point_names=names) for state, points in pairs]
 
 
 def render(
@@ -479,8 +629,8 @@ def render(
     rows: Sequence[int] = (),
     curves: bool = False,
     states: Sequence[DrawnState] = (),
-    points: Array | None = None,
-) -> None:
+    measured: MeasuredPoints | None = None,
+) -> tuple[str, ...]:
     """Write a picture (.png) or a video (.mp4, .gif), as the file's name says.
 
     A picture shows the robot at the last row of `inputs`, after all rows before it, or at several rows.
@@ -501,7 +651,10 @@ def render(
             last row alone, with a close look at the robot's base.
         curves: the inputs' curves take the right part of a video, and a line in them runs along.
         states: of a simulation, one a row of `inputs`, where that was made already; none: it is made.
-        points: where points were measured at the rows of `inputs`, shape (r, k, 3) [m]; NaN is missing.
+        measured: points that were measured at the rows of `inputs`.
+
+    Returns:
+        What has no room beside the robot and is left out: "close-up", "inputs", "tensions", "scale".
 
     Raises:
         InputError: bad path, size, camera or row, `rows` or `curves` for a file that has no use for it,
@@ -518,11 +671,12 @@ def render(
         raise InputError(f"{os.fspath(path)}: transparent is one row's picture; choices: {PICTURE}")
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
     open_renderer(empty, width, height).close()  # what it raises is not to come after the simulation
-    drawing = _Drawing(robot, inputs, gravity_mps2, path, width, height, look, progress, states, points)
+    drawing = _Drawing(robot, inputs, gravity_mps2, path, width, height, look, progress, states, measured, [])
     if kind == PICTURE:
         _render_picture(drawing, rows)
     else:
         _render_video(drawing, curves)
+    return tuple(drawing.left_out)
 
 
 def _render_picture(drawing: _Drawing, rows: Sequence[int]) -> None:
@@ -535,19 +689,27 @@ def _render_picture(drawing: _Drawing, rows: Sequence[int]) -> None:
         model, states = _model_of(drawing), [drawing.states[row] for row in shown]
     else:
         model, states = _simulated(drawing, inputs, shown, RAMP_S)
-    if drawing.points is not None:
-        states = [
-            replace(state, points=drawing.points[row]) for state, row in zip(states, shown, strict=True)
-        ]
+    if drawing.measured is not None:
+        states = drawing.beside(states, drawing.measured.places[shown])
     if len(shown) > 1:
         labels = [f"{row + 1}" for row in shown]
         lines = [row_words(robot, inputs, row) for row in shown][:_CAPTION_LINES]
+        size = drawing.width, drawing.height
         image = draw_together(
-            robot, model, states, labels, lines, drawing.width, drawing.height, drawing.look
+            robot, model, states, labels, lines, *size, drawing.look, drawing.left_out.extend
         )
     else:
         captions = [caption(robot, inputs, shown[0])]
-        (image,) = draw(robot, model, states, captions, drawing.width, drawing.height, drawing.look)
+        (image,) = draw(
+            robot,
+            model,
+            states,
+            captions,
+            drawing.width,
+            drawing.height,
+            drawing.look,
+            on_left_out=drawing.left_out.extend,
+        )
     write_picture(drawing.path, image)
 
 
@@ -564,14 +726,22 @@ def _render_video(drawing: _Drawing, curves: bool) -> None:
     else:
         # Frames lie closer than rows: the inputs move no faster than from row to row otherwise.
         model, states = _simulated(drawing, every, rows, RAMP_S * len(inputs) / len(every))
-    if drawing.points is not None:
-        flat = drawing.points.reshape(len(inputs), -1).T
+    if drawing.measured is not None:
+        flat = drawing.measured.places.reshape(len(inputs), -1).T
         seen = np.stack([np.interp(times, inputs.time_s, values) for values in flat], axis=1)
-        pairs = zip(states, seen.reshape(len(times), -1, 3), strict=True)
-        states = [replace(state, points=points) for state, points in pairs]
+        states = drawing.beside(states, seen.reshape(len(times), -1, 3))
     captions = [caption(robot, every, row) for row in rows]
     strip = strip_width(drawing.width) if curves else 0
-    frames = draw(robot, model, states, captions, drawing.width - strip, drawing.height, drawing.look)
+    frames = draw(
+        robot,
+        model,
+        states,
+        captions,
+        drawing.width - strip,
+        drawing.height,
+        drawing.look,
+        on_left_out=drawing.left_out.extend,
+    )
     if curves:
         frames = _beside(
             frames, Curves(robot, inputs, strip, drawing.height), [float(time) for time in times]
@@ -649,12 +819,13 @@ def _simulated(
 
 
 def caption(robot: RobotSpec, inputs: Inputs, row: int) -> list[str]:
-    """Return the row's time and inputs as lines of text."""
+    """Return the row's time and inputs as lines of text: of the channels that leave 0 in any row."""
     lines = [f"t = {inputs.time_s[row]:.2f} s"]
-    values = channel_inputs(robot, slice_inputs(inputs, slice(row, row + 1)))[0]
-    for column, value in zip(input_channels(robot, inputs.actuation), values, strict=True):
-        name, _, unit = column.rpartition("_")
-        lines.append(f"{name.replace('_', ' ')} {value / si_factor(column):.2f} {unit}")
+    values = channel_inputs(robot, inputs)
+    for column, series in zip(input_channels(robot, inputs.actuation), values.T, strict=True):
+        if series.any():
+            name, _, unit = column.rpartition("_")
+            lines.append(f"{name.replace('_', ' ')} {series[row] / si_factor(column):.2f} {unit}")
     return lines[:_CAPTION_LINES]
 
 

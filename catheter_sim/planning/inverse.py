@@ -319,7 +319,9 @@ class Rows:
             np.zeros((0, len(drives.names))), self._cloud, np.zeros(1)
         )
         if not np.isfinite(self._cloud_seen).all(axis=1).any():
-            raise InputError(f"{robot.name}: no posture of its twin balances within the limits of its inputs")
+            raise InputError(
+                f"{robot.name}: its fast model finds no posture that balances within the limits of its inputs"
+            )
         self._enough = (_ENOUGH_TO_SPARE if self.spare else _ENOUGH) * self.tolerance
         self._near = (_NEAR_TO_SPARE if self.spare else 1.0) * self._enough
 
@@ -389,7 +391,9 @@ class Rows:
             if best.size <= self._near:
                 return best
         if best is None:
-            raise InputError(f"row {row + 1}: the twin has no balance near any posture from which to search")
+            raise InputError(
+                f"row {row + 1}: the fast model has no balance near any posture from which to search"
+            )
         misses = self._misses(asked, found, row)
         fresh = differences(misses, best.point, best.misses, self.drives.least, self.drives.most)
         return replace(best, slopes=fresh)

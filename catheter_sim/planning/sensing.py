@@ -1,11 +1,11 @@
 """Where a robot is, from what its actuators say, and how sure that is.
 
 The posture is the twin's under the measured inputs, row after row. What could make it another one is
-followed to first order: noise of every input at every row, through the rows that remember it, and numbers
-of the robot that are known only within a range. Draws of all these causes give the regions, so that an even
-range stays an even range. Further readings (a tension beside a displacement, an angle from a tracker)
-narrow the draws: each is moved by what its readings differ from the measured ones, times the gain of linear
-regression (exact for noise as Gauss has it).
+followed to first order. That is noise of every input at every row, through the rows that remember it, and
+numbers of the robot that are known only within a range. Draws of all these causes give the regions, so
+that an even range stays an even range. Further readings (a tension beside a displacement, an angle from a
+tracker) narrow the draws. Each is moved by what its readings differ from the measured ones, times the
+gain of linear regression (exact for noise as Gauss has it).
 """
 
 from __future__ import annotations
@@ -149,7 +149,9 @@ def sense(
     value = twin.of_histories(robot, [readings.inputs])[0]
     if not np.isfinite(value).all():
         row = int(np.argmin(np.isfinite(value).all(axis=1)))
-        raise InputError(f"row {row + 1} (time_s = {readings.inputs.time_s[row]:g}): the twin has no balance")
+        raise InputError(
+            f"row {row + 1} (time_s = {readings.inputs.time_s[row]:g}): the fast model has no balance"
+        )
     slopes = {cause.name: _of_cause(twin, robot, readings.inputs, cause) for cause in causes}
     pushes = _pushes(twin, robot, readings.inputs, noise)
     rng = np.random.default_rng(0)
@@ -291,5 +293,5 @@ def _narrowed(
 
 def _finite(change: Array, cause: str) -> Array:
     if not np.isfinite(change).all():
-        raise InputError(f"{cause}: within its range the twin has no balance")
+        raise InputError(f"{cause}: within its range the fast model has no balance")
     return change

@@ -312,8 +312,8 @@ def between(before: ProcedureStep, after: ProcedureStep, share: float) -> Proced
 def displacements_m(robot: CatheterRobot, q: Array, way: Array) -> Array:
     """Return what moves the joints to q, in the order of the pairs, shape (p,) [m].
 
-    Pure kinematics (Nayar 2022, Eqs 3, 6), and what the robot is taken to lose on top of it: slack, the
-    stretch under the joint's elastic moment, half of the drive's play in the direction of motion. Not
+    Pure kinematics (Nayar 2022, Eqs 3, 6), and what the robot is taken to lose on top of it. That is slack,
+    the stretch under the joint's elastic moment, half of the drive's play in the direction of motion. Not
     friction. Joint values q, base to tip, shape (4,) [rad, m], move in the directions `way`, +1, -1 or 0.
     """
     order = moving(robot)

@@ -127,7 +127,7 @@ def data_frame(columns: Mapping[str, Any]) -> Any:
     try:
         import pandas
     except ImportError:
-        raise InputError("to_dataframe: needs pandas; install catheter-sim[pandas]") from None
+        raise InputError("to_dataframe: needs pandas: pip install pandas") from None
     return pandas.DataFrame(dict(columns))
 
 

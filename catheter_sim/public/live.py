@@ -11,6 +11,7 @@ import json
 import math
 import os
 import secrets
+import shlex
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,10 +24,12 @@ from typing import Any
 import numpy as np
 
 from catheter_sim.arrays import Array
+from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import channel_inputs, drives_of
 from catheter_sim.core.inputs import Drive, Inputs
 from catheter_sim.core.robot import RobotSpec, whole_of
 from catheter_sim.diagnosis.recording import Recording, recording_of
+from catheter_sim.diagnosis.shapes import radii_mm
 from catheter_sim.effects.apply import built_in
 from catheter_sim.errors import InputError, SimulationDiverged, shown
 from catheter_sim.page.render import page_json, page_script, rendered
@@ -121,12 +124,14 @@ class LiveRobot:
         robot: with its effects built in.
         gravity_mps2: at first, shape (3,).
         played: what may be played; its inputs are the robot's.
+        command: how a command line names the robot, quoted: id or file, and settings; "": by its name.
         state: of the robot, as the page reads it; `number` counts them.
     """
 
     robot: RobotSpec
     gravity_mps2: tuple[float, float, float] = (0.0, 0.0, 0.0)
     played: Played | None = None
+    command: str = ""
     state: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -306,20 +311,24 @@ def live_robot(
     gravity_mps2: tuple[float, float, float],
     recording: Recording | None = None,
     name: str = "",
+    command: str = "",
 ) -> LiveRobot:
     """Return a robot to drive, such of its effects built in as act on it; a recording may be played on it.
+
+    `name`: of the recording; `command`: as of `LiveRobot`.
 
     Raises:
         InputError: the robot cannot be driven.
     """
     robot = built_in(specified, specified.name)
     if recording is None:
-        return LiveRobot(robot, gravity_mps2)
+        return LiveRobot(robot, gravity_mps2, command=command)
     inputs = recording.inputs
     drives = drives_of(robot, inputs.actuation)
     units = np.array([si_factor(drive.column) for drive in drives])
     values = channel_inputs(robot, inputs) / units
-    return LiveRobot(robot, gravity_mps2, Played(name, inputs, values, recording.points_at(inputs.time_s)))
+    played = Played(name, inputs, values, recording.points_at(inputs.time_s))
+    return LiveRobot(robot, gravity_mps2, played, command)
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -460,15 +469,19 @@ def page_of(live: LiveRobot) -> str:
     about = {
         "robot": robot.name,
         "sliders": [vars(item) | {"rest": live.rest[item.name]} for item in live.sliders.values()],
-        "radius_mm": 1e3 * max(segment.outer_radius_m for segment in robot.segments),
+        "command": live.command or robot.name,
+        "radii_mm": radii_mm(robot, np.arange(len(live.state["shape_mm"]))).round(3).tolist(),
         "length_mm": 1e3 * sum(segment.length_m for segment in robot.segments),
-        "turn": -math.atan2(sides[0][1], sides[0][0]) - _ASIDE_RAD,
+        "turn_rad": math.atan2(sides[0][1], sides[0][0]) + _ASIDE_RAD,
         "played": None
         if live.played is None
         else {"name": live.played.name, "end_s": float(live.played.inputs.time_s[-1])},
     }
-    scripts = [page_script(name) for name in ("scene.js", "live.js")]
-    context = {"robot": robot.name, "about": page_json(about), "scripts": scripts}
+    context = {
+        "robot": robot.name,
+        "about": page_json(about),
+        "script": page_script("scene.js", "live.js"),
+    }
     return rendered("catheter_sim.page", "live.html", context)
 
 
@@ -527,7 +540,8 @@ def view(
 ) -> LiveView:
     """Return a robot that is simulated in real time and driven in a browser, with a slider for each channel.
 
-    It listens on this machine alone. In a notebook the view shows itself as a link.
+    It listens on this machine alone. In a notebook the view shows itself as a link. The command that the page
+    copies names the robot's id or its file; of another robot NAME.toml, which `cs.save_robot` writes.
 
     Args:
         robot: a robot, its id or its file.
@@ -549,4 +563,14 @@ def view(
     place = whole_of(port, "port", "the number of a port", 0)
     recording = None if inputs is None else recording_of(value, path_of(inputs, "inputs"))
     name = "" if inputs is None else Path(inputs).name
-    return LiveView(LiveServer(live_robot(value, (x, y, z), recording, name), port=place))
+    command = shlex.quote(_reference(value) if isinstance(robot, RobotSpec) else os.fspath(robot))
+    return LiveView(LiveServer(live_robot(value, (x, y, z), recording, name, command), port=place))
+
+
+def _reference(robot: RobotSpec) -> str:
+    """Return how to name a robot of which no file is known."""
+    try:
+        known = load_robot(robot.name) == robot
+    except InputError:
+        known = False
+    return robot.name if known else f"{robot.name}.toml"

@@ -292,8 +292,8 @@ def inverse_kinematics(
     Args:
         robot: a robot, its id or its file.
         targets: a mapping, a data frame or a CSV file: any of `tip_x_mm`, `tip_y_mm`, `tip_z_mm`, the
-            direction of the tip's axis (`tip_direction_x`, `_y`, `_z`), and every other output column in mm
-            or deg (`angle_bending_deg`), shape (r,) each; NaN asks nothing. Without `time_s` rows are a
+            direction of the tip's axis (`tip_direction_x`, `_y`, `_z`), and other output columns in mm or
+            deg (`angle_bending_deg`), shape (r,) each. NaN asks nothing. Without `time_s` rows are a
             second apart.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
         limits: least and most of an input by its column, in the column's unit; 0 must lie between them.
@@ -606,7 +606,7 @@ def sense(
     Args:
         robot: a robot, its id or its file.
         readings: a mapping, a data frame or a CSV file: `time_s` and the robot's input columns as they were
-            measured, and any output column in mm, deg or N that was measured besides (`tension_bending_N` of
+            measured. Add any output column in mm, deg or N that was measured too (`tension_bending_N` of
             a catheter, `angle_bending_deg` of a tracker), NaN where it was not.
         noise_tension_N, noise_displacement_mm: standard deviation of the measured inputs in N and in mm.
         noise_position_mm, noise_angle_deg: of measured outputs in mm and in deg; tensions have the inputs'.
@@ -731,9 +731,9 @@ class ModelChoice:
         """Return a row for each model, the fastest first.
 
         Columns: `model`, `position_percent` and `mean_percent` (largest and mean distance of the tip
-        [% of length]), `orientation_deg` (largest angle between the tips' frames), `ms` (of a row, by the
-        solver alone where all models have one, else by the model as it is called), `failed` (rows that it
-        does not solve), `within` (the tolerance).
+        [% of length]), `orientation_deg` (largest angle between the tips' frames). Then `ms` (of a row, by
+        the solver alone where all models have one, else by the model as it is called), `failed` (rows that
+        it does not solve), `within` (the tolerance).
         """
         from catheter_sim.theory.which_model import accurate
 

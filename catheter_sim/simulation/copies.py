@@ -6,7 +6,7 @@ middle too: `step(stage=mjSTAGE_VEL)` ends with the next step's first half, and 
 there with what was written between. Only where a law moves joints in the model before a
 step, as for rolling joints, the halves take two calls. What differs between the copies in the model is
 expanded (`Batch.expand`): those hinges, a torsion pair's tangent, the clamp of slack tendons. Every copy then
-gets bit for bit what a simulator alone would; to rounding (1e-15) where the tendons' paths are found here and
+gets bit for bit what a simulator alone would. To rounding (1e-15) where the tendons' paths are found here and
 not by MuJoCo, which is more than half of its step (`site_tendons`): for robots whose tensions are given and
 whose steps have a middle. A robot without one, such as a continuum robot without friction, is stepped by
 MuJoCo alone.
@@ -58,7 +58,7 @@ def copied_together(simulator: Simulator) -> bool:
     """Whether `Copies` knows all that `simulator` does: its kind's `batched.py` says so.
 
     None knows the laws whose histories are kept in Python: links that give way, tubes that bend, the laws of
-    Nayar 2023 and the friction of a catheter's pairs; nor is the reference law of friction known.
+    Nayar 2023 and the friction of a catheter's pairs. Nor is the reference law of friction known.
     """
     face, friction = kind_of(simulator.robot).batched, simulator.laws.friction
     if face is None or not face.covers(simulator.robot):

@@ -137,9 +137,9 @@ class Watch:
     def complaint(self) -> str | None:
         """Return None where the state is to be trusted, else why not, "" where MuJoCo has not said.
 
-        So it is not where a position is not finite, a hinge has wound up or a slide has flown off, and where
-        MuJoCo has warned in any step since its data was reset: it warns and goes on, having put zeros in the
-        place of an input that it finds too large, say.
+        So it is not where a position is not finite, a hinge has wound up or a slide has flown off, and
+        where MuJoCo has warned in any step since its data was reset. It warns and goes on, having put zeros
+        in the place of an input that it finds too large, say.
         """
         reason = next((text for kind, text in _COMPLAINTS.items() if self._warned[int(kind)]), "")
         if reason:  # a scene with too many geoms to draw is warned of, too, and is no matter here

@@ -40,10 +40,12 @@ class MovingTwin:
     Attributes:
         timestep_s: longest step in motion; 0: the robots' own.
         together: so many steps are taken under the same inputs, their mean over that time.
+        remembers: whether runs are remembered; one of all elements is large, and no fit asks for it again.
     """
 
     timestep_s: float = 0.0
     together: int = 1
+    remembers: bool = True
     carries_load: bool = True
 
     def solve(
@@ -82,7 +84,8 @@ class MovingTwin:
             found = [_moved(robot, [new[name][1] for name in mine], *common) for robot, mine in tasks]
         for (_, mine), trials in zip(tasks, found, strict=True):
             runs.update(zip(mine, trials, strict=True))
-        _remember(runs)
+        if self.remembers:
+            _remember(runs)
         rest = iter(names)
         return [_stacked([runs[next(rest)] for _ in robots]) for robots, _ in asked]
 

@@ -216,7 +216,7 @@ class Loads:
     """What acts now on the tip and on other points of a robot.
 
     The point of a force on an element is given in the frame of the body that carries the element's distal
-    face: for a link with a rolling joint as in `LinkForce`; for a continuum robot's element its origin is the
+    face: for a link with a rolling joint as in `LinkForce`. For a continuum robot's element its origin is the
     element's last hinge.
 
     Attributes:
@@ -597,9 +597,10 @@ class Simulator:
             others: further forces, at points of elements (`Loads` says in which frame).
 
         Raises:
-            InputError: other than one finite number for each tendon, a tension below zero, a catheter's
-                displacement beyond its joint's range, a force or moment of other than three finite numbers,
-                or a force on an element that the robot does not have.
+            InputError: other than one finite number for each tendon, a tension below zero, or a catheter's
+                displacement beyond its joint's range.
+            InputError: a force or moment of other than three finite numbers, or a force on an element that
+                the robot does not have.
         """
         inputs = checked_inputs(self.robot, self._drives, tendon)
         where = f"{self.robot.name}: set_inputs:"

@@ -44,7 +44,7 @@ def applies(model: mujoco.MjModel) -> bool:
     """Return whether `SiteTendons` knows all that `mj_step1` derives from the tendons of `model`.
 
     So it is where they run from site to site only and have neither springs, dampers, limits, friction nor
-    inertia of their own, all joints are hinges or slides, and no sensor or equality may need the paths.
+    inertia of their own. All joints are hinges or slides, and no sensor or equality may need the paths.
     """
     scalar = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     own = (

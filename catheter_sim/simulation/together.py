@@ -15,7 +15,7 @@
 A step moves the whole model, so it needs the laws of every robot in it. A `Simulator` therefore takes the
 others of its state along, whichever of them is asked; one that is no longer kept anywhere is left out.
 
-What the rest of the model needs in each step goes between these halves: call `before_step` of every
+What the rest of the model needs in each step goes between these halves. Call `before_step` of every
 simulator, then `mj_step1`, make `data.qfrc_applied` zero or what else is wanted, call `between` of every
 simulator, then `mj_step2`.
 """

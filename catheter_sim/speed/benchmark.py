@@ -281,10 +281,10 @@ def table_text(speeds: Sequence[Speed]) -> str:
         )
     lines.append("batch 1, batch 2: of eight copies that mj_step alone steps, on as many threads")
     lines.append(
-        f"targets: friction cost at most {FRICTION_COST_TARGET}x;\n"
-        "         neuroendoscope_section with friction at least 20x real time;\n"
-        f"         {CHAIN} with friction at most {FRICTION_COST_TARGET}x of plain, also moving;\n"
-        f"         cost of a step over the cells, with friction, at most n^{GROWTH_TARGET}"
+        f"targets: friction cost at most {FRICTION_COST_TARGET}x.\n"
+        "         neuroendoscope_section with friction at least 20x real time.\n"
+        f"         {CHAIN} with friction at most {FRICTION_COST_TARGET}x of plain, also moving.\n"
+        f"         cost of a step over the cells, with friction, at most n^{GROWTH_TARGET}."
     )
     for speed in speeds:
         if speed.growth is not None:

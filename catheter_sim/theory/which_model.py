@@ -1,12 +1,12 @@
 """Which static model keeps a tolerance on a robot: every model is solved on that robot and compared.
 
 The modelling benchmark gives its advice for one robot (Rao et al. 2021, Fig. 12). What a model neglects
-grows with the length of a subsegment, the load and the softness, so that the advice is made anew here, for
-the robot and the loads that it is asked about.
+grows with the length of a subsegment, the load and the softness, so that the advice is made here, for the
+robot and the loads that it is asked about.
 
 A clock is noisy: each model's time is the median of several rounds in which all models take turns, and models
 within `TIED` of the fastest count as equally fast. What is timed are the solvers alone (a kind's face
-`solvers`), row by row, where all models have one: what Python makes of inputs and answers is alike for all,
+`solvers`), row by row, where all models have one. What Python makes of inputs and answers is alike for all,
 and would put models that differ a hundredfold side by side, where an answer hangs on the noise. Of these the
 most accurate is chosen, and of equally accurate ones the simplest, the first in `CANDIDATES`.
 """

@@ -56,12 +56,12 @@ from catheter_sim.validation.lines import (
 # sliding. Sliding is the change of the rod's length beyond the link: of its spans in the gaps there.
 
 SLIDES_M = 2e-6  # what counts as sliding between two rows; rest leaves less
-CLEAR_SHARE = 0.9  # a tension change below this share of the full one is not slipping
+CLEAR_SHARE = 0.95  # a tension change below this share of the full one, or above its inverse, is no slipping
 PULLED_N = 0.05  # a rod that nobody pulls has no tension to judge
 
 
 def violations(robot: RollingRobot, postures: Sequence[Posture]) -> tuple[int, int]:
-    """Return how often a rod slid through a link while its tension said that it stuck, of how many slides.
+    """Return how often a rod slid through a link at less or more than full friction, of how many slides.
 
     The postures are at closely spaced rows.
     """
@@ -77,7 +77,8 @@ def violations(robot: RollingRobot, postures: Sequence[Posture]) -> tuple[int, i
         slid = length[after] - length[before]
         sliding = judged[after] & (np.abs(slid) > SLIDES_M) & np.isfinite(ratio[after])
         slides += int(sliding.sum())
-        wrong += int((sliding & (ratio[after] * np.sign(slid) < CLEAR_SHARE)).sum())
+        share = ratio[after] * np.sign(slid)
+        wrong += int((sliding & ((share < CLEAR_SHARE) | (share > 1.0 / CLEAR_SHARE))).sum())
     return wrong, slides
 
 

@@ -100,17 +100,23 @@ class ValidatedMotion:
 # One check is one line: ours, what it is compared with, the error, the tolerance, the source.
 
 _COLUMNS = (
-    "quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "kind", "verdict", "source",
+    "quantity", "unit", "ours", "analytic", "published", "error", "tolerance", "about", "kind", "verdict",
+    "source",
 )  # fmt: skip
 
-# What a figure of ours is worth beside the one that it is compared with. Only what is predicted is judged.
-PREDICTED = "predicted"  # by a model that knows nothing of the other figure
+# What a figure of ours is worth beside the one that it is compared with. Only what is verified or predicted
+# is judged.
+IMPLEMENTED = "implemented"  # equations and inputs of the paper, coded: nothing is compared
+VERIFIED = "verified"  # two models that share no code, or a model and a closed form, against each other
+PREDICTED = "predicted"  # a printed or measured figure or claim, by a model that knows nothing of it
 FITTED = "fitted to it"  # numbers of the model were chosen so that it comes out
 READ_BACK = "read back"  # it went in, or follows from what went in, and comes out again
 ASSUMED = "assumed"  # it rests on a number that nobody prints, and another as good gives another figure
+MISSED = "not reproduced"  # ours lies elsewhere, and why is not known: neither is shown to be wrong
 REFUTED = "refuted"  # ours, or theirs, is shown to be wrong: the findings say which
 OUT_OF_REACH = "out of reach"  # what would make it comparable is not printed or not modelled: `source` says
-KINDS = (PREDICTED, FITTED, READ_BACK, ASSUMED, REFUTED, OUT_OF_REACH)
+KINDS = (IMPLEMENTED, VERIFIED, PREDICTED, FITTED, READ_BACK, ASSUMED, MISSED, REFUTED, OUT_OF_REACH)
+JUDGED = (VERIFIED, PREDICTED)
 
 
 @dataclass(frozen=True)
@@ -123,14 +129,16 @@ class Line:
         unit: of `ours`, `analytic`, `published`, `error` and `tolerance`.
         ours: the simulation's figure, None where the line compares whole histories.
         analytic: the static model's or reference solver's figure, None where there is none.
-        published: the paper's figure, None where there is none.
+        published: the figure that the paper prints, None where it prints none.
         kind: what our figure is worth, of `KINDS`.
         error: what is judged, in `unit`; largest deviation where whole histories are compared.
         tolerance: the error allowed, None where the line only informs.
         source: where the compared figure comes from.
+        said: what the paper says in words where it prints no figure.
 
     Raises:
-        ValueError: an unknown kind, or a tolerance for a figure that is not predicted.
+        ValueError: an unknown kind, a tolerance for a figure that is neither verified nor predicted, or a
+            prediction of nothing that is printed or measured.
     """
 
     robot: str
@@ -142,14 +150,17 @@ class Line:
     ours: float | None = None
     analytic: float | None = None
     published: float | None = None
-    kind: str = PREDICTED
+    kind: str = VERIFIED
+    said: str = ""
 
     def __post_init__(self) -> None:
-        """Check that only what is predicted is judged."""
+        """Check that the kind is one that the line's figures bear out."""
         if self.kind not in KINDS:
             raise ValueError(f"{self.quantity}: kind {self.kind!r}; choices: {', '.join(KINDS)}")
-        if self.kind != PREDICTED and self.tolerance is not None:
+        if self.kind not in JUDGED and self.tolerance is not None:
             raise ValueError(f"{self.quantity}: {self.kind}, so not to be judged")
+        if self.kind == PREDICTED and self.published is None and not self.said:
+            raise ValueError(f"{self.quantity}: predicted, and nothing printed or measured stands beside it")
 
     @property
     def passed(self) -> bool:
@@ -162,6 +173,54 @@ class Line:
         if self.tolerance is None:
             return "for information"
         return "ok" if self.passed else "OUT"
+
+    @property
+    def about(self) -> str:
+        """Return the constant that a judged line is about and whose it is: "simulation: stiffness".
+
+        `scripts/perturb_validation.py` makes it wrong by a tenth to both sides. "-" where nothing is judged.
+        """
+        return "-" if self.tolerance is None else constant_of(self.robot, self.quantity)
+
+
+# The constant that a judged line is about: whose robot, and which of its numbers. The first row whose robot
+# and part of the quantity fit counts; "" fits all. `gain` is that of the inputs, as a moment arm's would be.
+_CONSTANTS: tuple[tuple[str, str, str], ...] = (
+    ("", "solver times", "times: order"),
+    ("neuroendoscope_section", "loop area", "simulation: friction"),
+    ("neuroendoscope_section", "loop, simulation: times that", "simulation: friction"),
+    ("neuroendoscope_section", "loop, fkm_sliding: times that", "fkm_sliding: friction"),
+    ("neuroendoscope_section", "profiles at B and C", "simulation: friction"),
+    ("neuroendoscope_section", "on the way back", "simulation: gain"),
+    ("neuroendoscope_section", "fkm_exact_arm: tip", "fkm_exact_arm: stiffness"),
+    ("chest_tube_section", "complete: tip", "complete: stiffness"),
+    ("chest_tube_section", "missing terms", "printed: stiffness"),
+    ("chest_tube_section", "in a tube of EI 1 N m^2", "simulation: length"),
+    ("chest_tube_section", "friction, elastic constant and clearance", "simulation: friction"),
+    ("chest_tube_section", "error of the true shape", "simulation: length"),
+    ("chest_tube_section", "stiffness x0.01", "simulation: friction"),
+    ("chest_tube", "simulation: times that", "simulation: friction"),
+    ("chest_tube", "complete: times that", "complete: friction"),
+    ("mitral_transseptal", "tension, largest error", "simulation: stiffness"),
+    ("mitral_transseptal", "held at 60 deg by a motor", "simulation: stiffness"),
+    ("mitral_transseptal", "tip of the simulation", "simulation: stiffness"),
+    ("mitral_transseptal", "", "simulation: gain"),
+    ("mitral_4dof", "tension, largest error", "simulation: stiffness"),
+    ("mitral_4dof", "", "simulation: gain"),
+    ("spacer_disk", "rate of decay", "simulation: damping"),
+    ("spacer_disk", "without damping", "simulation: damping"),
+    ("spacer_disk", "section moments apart", "simulation: gain"),
+    ("spacer_disk", "tendons in lumens", "CC_sub: stiffness"),
+    ("spacer_disk", "scenario ", "static models: stiffness"),
+    ("", "", "simulation: stiffness"),
+)
+
+
+def constant_of(robot: str, quantity: str) -> str:
+    """Return whose and which constant a judged line is about, by its robot and quantity."""
+    return next(
+        about for name, part, about in _CONSTANTS if name in ("", robot) and (not part or part in quantity)
+    )
 
 
 @dataclass(frozen=True)
@@ -219,7 +278,7 @@ def merge(parts: Sequence[Validation]) -> Validation:
 
 def _plain(line: Line) -> dict[str, object]:
     document: dict[str, object] = asdict(line)
-    document["verdict"] = line.verdict
+    document |= {"verdict": line.verdict, "about": line.about}
     if not math.isfinite(line.error):
         document["error"] = None  # JSON has no NaN; the verdict says that it did not pass
     return document
@@ -228,7 +287,7 @@ def _plain(line: Line) -> dict[str, object]:
 def _cell(line: Line, name: str) -> str:
     value = getattr(line, name)
     if value is None:
-        return "-"
+        return line.said or "-" if name == "published" else "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 

@@ -22,7 +22,7 @@ from catheter_sim.robots.catheter.description import (
     moving,
     turning,
 )
-from catheter_sim.robots.catheter.kinematics import angle_rad, pulled_m, tool_frame
+from catheter_sim.robots.catheter.kinematics import angle_rad, pulled_m
 from catheter_sim.robots.catheter.laws import StretchingTendon
 from catheter_sim.robots.catheter.measured import (
     BENDING_LOOP_M,
@@ -40,18 +40,15 @@ from catheter_sim.robots.catheter.measured import (
 )
 from catheter_sim.robots.catheter.published import mitral_4dof, mitral_transseptal, mitral_transseptal_tube
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
+from catheter_sim.robots.catheter.statics import balance
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.validation import pictures
 from catheter_sim.validation.lines import (
     ASSUMED,
     FITTED,
     NO_GRAVITY,
-    OUT_OF_REACH,
-    PREDICTED,
     READ_BACK,
-    REFUTED,
     Line,
-    ValidatedMotion,
     Validation,
     given,
     largest_distance,
@@ -308,15 +305,20 @@ def largest_displacement_m(robot: CatheterRobot, joint: str) -> float:
 
 
 def loops_of(
-    robot: CatheterRobot, joint: str, both_sides: bool = False, top_m: float | None = None
+    robot: CatheterRobot,
+    joint: str,
+    both_sides: bool = False,
+    top_m: float | None = None,
+    by_statics: bool = False,
 ) -> JointLoops:
-    """Return a simulated joint's loops from rest.
+    """Return a joint's loops from rest, simulated.
 
     Args:
         robot: of the transseptal design.
         joint: one of `JOINTS`.
         both_sides: to one side and the other, instead of to one.
         top_m: largest displacement; default: the paper's.
+        by_statics: by the balance of tendons and joint instead.
     """
     pair = JOINTS.index(joint)
     top = largest_displacement_m(robot, joint) if top_m is None else top_m
@@ -326,7 +328,10 @@ def loops_of(
         corners[2::2] = -corners[1::2]
     rows = np.zeros((len(waves(corners)), 4))
     rows[:, pair] = waves(corners)
-    postures = simulate(robot, moving_joint(rows), NO_GRAVITY, dynamic=True).postures
+    if by_statics:
+        postures = balance(robot, moving_joint(rows), NO_GRAVITY).postures
+    else:
+        postures = simulate(robot, moving_joint(rows), NO_GRAVITY, dynamic=True).postures
     angle = np.radians(joint_angles_deg(robot, postures)[joint])
     train = np.arange(len(rows)) <= 4 * round(LEG_S * ROWS_PER_S)
     return JointLoops(joint, rows[:, pair], angle, train)
@@ -419,7 +424,7 @@ def _figure_8(robot: CatheterRobot, loops: dict[str, JointLoops]) -> list[Line]:
             None,
             source,
             ours=math.degrees(float(bend.angle_rad.max())),
-            published=math.degrees(float(printed.max())),
+            analytic=math.degrees(float(printed.max())),  # by Eq. 25: the angle itself is not printed
             kind=FITTED,
         ),
         Line(
@@ -602,7 +607,7 @@ def bare_lines(joint: str, bare: Bare) -> list[Line]:
     for name, rows in zip(names, growing_falling(bare.sprung), strict=True):
         left = 1.0 - r_squared(bare.sprung.angle_rad[rows], pure(robot, bare.sprung)[rows])
         what = f"{joint}, no tube, with the spring, {name}: 1 - R^2 of pk"
-        lines.append(Line(NAME, what, "-", left, 1e-4, "no slack, so Eqs 3 and 6", left, kind=PREDICTED))
+        lines.append(Line(NAME, what, "-", left, 1e-4, "no slack, so Eqs 3 and 6", left))
     return lines
 
 
@@ -643,180 +648,6 @@ def _cycles_finding() -> str:
         f"{NAME}: Fig. 6's two R^2 of the torsion joint without the tube ask for a dead-band of {width:g} "
         "mm, less "
         f"than the {printed:g} mm that are printed with it, as the paper's words have it."
-    )
-
-
-# ----------------------------------------------------------------------------------------------------
-# The transseptal catheter's tip by PK, MK, PI and their hybrid (Nayar 2022, Tables III and IV).
-#
-# The robot is `mitral_transseptal@tube`: the dead-bands of Eqs 25-26, tendons that stretch, friction. All
-# three joints move at once; the paper prints no trajectory, so it is chosen here (`motion`): in a cycle of
-# 35 s the bending joint goes to 6 mm and back once, the proximal torsion joint to its printed plateau
-# twice, the distal one three times. MK, PI and hybrid are calibrated as in the paper, on loops of each
-# joint alone (`mitral_loops`); MK is also taken as printed. Nothing of it is judged: the specimen's own
-# errors are not printed.
-#
-# Table IV, the tortuous path, leaves open on which loops MK was calibrated: "using the MK model here leads
-# to large RMSE values". Both readings are shown: calibrated along that path, and along the straight one.
-
-CYCLE_S, CYCLES_MITRAL_MOTION = 35.0, 2
-
-
-SWINGS = (1, 2, 3)  # of the joints in a cycle
-
-
-ADVANCES_MM = (0.0, 10.0, 20.0)
-
-
-PATH_DEG, PATH_MU = 180.0, 0.2  # of the tortuous path: assumed, from the vena cava through the septum
-
-
-MODELS = ("PK", "MK as printed", "MK", "PI", "hybrid")
-
-
-ELSEWHERE = ("MK", "PI", "hybrid")  # models that have a calibration: along the same path, or along another
-
-
-_SPECIMEN = "the specimen's own curvature, couplings and tracker are not printed"
-
-
-TABLE_3_MM = {  # 3D
-    0.0: {"PK": 45.47, "MK": 4.00, "PI": 8.25, "hybrid": 3.88},
-    10.0: {"PK": 58.06, "MK": 4.90, "PI": 9.96, "hybrid": 4.69},
-    20.0: {"PK": 68.54, "MK": 6.00, "PI": 12.59, "hybrid": 5.79},
-}
-
-
-TABLE_4_MM = {
-    0.0: {"PK": 24.47, "PI": 3.72},
-    10.0: {"PK": 32.37, "PI": 4.53},
-    20.0: {"PK": 41.93, "PI": 6.54},
-}
-
-
-def tortuous(robot: CatheterRobot) -> CatheterRobot:
-    """Return the robot with its tendons led through a tortuous path (Section IV-D)."""
-    return replace(robot, path_rad=float(np.radians(PATH_DEG)), friction=replace(robot.friction, mu=PATH_MU))
-
-
-def straight(model: str) -> str:
-    """Return what a model that was calibrated along the straight path is called."""
-    return f"{model} calibrated along the straight path"
-
-
-def motion(
-    robot: CatheterRobot,
-    models: CalibratedModels,
-    advance_mm: float,
-    elsewhere: CalibratedModels | None = None,
-) -> ValidatedMotion:
-    """Return the chosen motion at an advance, simulated and by every model.
-
-    `models` are calibrated along the robot's own path, `elsewhere` along the straight path, to be shown
-    besides.
-    """
-    time = np.arange(round(CYCLE_S * CYCLES_MITRAL_MOTION * ROWS_PER_S) + 1) / ROWS_PER_S
-    rows = np.zeros((len(time), 4))
-    for pair, (joint, swings) in enumerate(zip(JOINTS, SWINGS, strict=True)):
-        phase = 2.0 * np.pi * swings * time / CYCLE_S
-        rows[:, pair] = largest_displacement_m(robot, joint) * (0.5 - 0.5 * np.cos(phase))
-    rows[:, 3] = advance_mm * 1e-3 * np.minimum(time / 5.0, 1.0)
-    simulated = simulate(robot, moving_joint(rows), NO_GRAVITY, dynamic=True).postures
-    told = {name: _tips_mm(robot, models, rows, name) for name in MODELS}
-    if elsewhere is not None:
-        told |= {straight(name): _tips_mm(robot, elsewhere, rows, name) for name in ELSEWHERE}
-    return ValidatedMotion(time, tips_mm(simulated), told)
-
-
-def _tips_mm(robot: CatheterRobot, models: CalibratedModels, rows_m: Array, model: str) -> Array:
-    """Return the tips that a model predicts, shape (r, 3) [mm]."""
-    angles = {joint: _angle_rad(robot, models, joint, rows_m[:, k], model) for k, joint in enumerate(JOINTS)}
-    q = np.stack(
-        [angles["torsion_proximal"], angles["bending"], rows_m[:, 3], angles["torsion_distal"]], axis=1
-    )
-    return tool_frame(mitral_transseptal(), q)[:, :3, 3] * 1e3
-
-
-def _angle_rad(robot: CatheterRobot, models: CalibratedModels, joint: str, way_m: Array, model: str) -> Array:
-    segment = robot.segments[moved_segment(robot, JOINTS.index(joint))]
-    if model == "PK":
-        return angle_rad(segment, way_m)
-    if model == "PI" or (model == "hybrid" and joint != "bending"):
-        return models.plays[joint](way_m)
-    printed = model == "MK as printed"
-    if joint == "bending":
-        return modified.bending_rad(segment, way_m, modified.BENDING if printed else models.bending)
-    torsion: dict[str, TorsionCalibration] = _PRINTED if printed else models.torsion
-    return modified.torsion_rad(segment, way_m, torsion[joint])
-
-
-def validate_motion(folder: Path) -> Validation:
-    """Check the order and ratios of Tables III and IV; writes `mitral_motion.png`."""
-    lines: list[Line] = []
-    shown: list[tuple[str, ValidatedMotion]] = []
-    along_straight: CalibratedModels | None = None
-    for path, table, robot in (
-        ("straight", TABLE_3_MM, mitral_transseptal_tube()),
-        ("tortuous", TABLE_4_MM, tortuous(mitral_transseptal_tube())),
-    ):
-        models = calibrated(robot, {joint: loops_of(robot, joint) for joint in JOINTS})
-        for advance in ADVANCES_MM:
-            found = motion(robot, models, advance, along_straight)
-            error = {name: float(found.rmse_mm(name)[3]) for name in found.model_mm}
-            where = f"{path} path, advance {advance:g} mm"
-            source = f"Nayar 2022, Table {'III' if path == 'straight' else 'IV'}; trajectory chosen here"
-            lines += [
-                Line(
-                    NAME,
-                    f"{where}: tip by {name}, RMSE",
-                    "mm",
-                    error[name] if published is None else abs(error[name] - published),
-                    None,
-                    f"{source}; {_SPECIMEN}",
-                    ours=error[name],
-                    published=published,
-                    kind=PREDICTED if published is None else OUT_OF_REACH,
-                )
-                for name, published in ((name, table[advance].get(name)) for name in error)
-            ]
-            lines += _ratios(where, error, table[advance], source)
-            shown.append((where, found))
-        along_straight = models
-    pictures.motions([shown[2], shown[5]], MODELS, folder / "mitral_motion.png")
-    return Validation(tuple(lines), (_motion_finding(),))
-
-
-def _ratios(where: str, error: dict[str, float], printed: dict[str, float], source: str) -> list[Line]:
-    """Show the ratios of the models' errors beside the table's.
-
-    MK and the hybrid are calibrated on loops of the same simulated robot, whose dead-bands they know, so that
-    how far they get is no prediction. Table IV gives no figures of theirs, but says that PI does better.
-    """
-    lines = []
-    for a, b in (("MK", "PK"), ("PI", "PK"), ("hybrid", "PK"), ("PI", "MK")):
-        ours, what = error[a] / error[b], f"{where}: RMSE of {a} over {b}"
-        if a in printed and b in printed:
-            theirs = printed[a] / printed[b]
-            gap, why = abs(ours - theirs), f"{source}; {_SPECIMEN}"
-            lines.append(Line(NAME, what, "-", gap, None, why, ours, None, theirs, OUT_OF_REACH))
-        elif (a, b) == ("PI", "MK"):
-            why = f"{source}; said to be below 1, and is not where MK is calibrated along the same path"
-            kind = REFUTED if ours > 1.0 else OUT_OF_REACH
-            lines.append(Line(NAME, what, "-", max(ours - 1.0, 0.0), None, why, ours, kind=kind))
-    if straight("MK") in error:
-        for a, b in (("PI", "MK"), ("PI", "hybrid")):
-            ours = error[straight(a)] / error[straight(b)]
-            what = f"{where}: RMSE of {a} over {b}, both calibrated along the straight path"
-            why = f"{source}; said to be below 1; which loops the models were calibrated on is not printed"
-            gap = max(ours - 1.0, 0.0)
-            lines.append(Line(NAME, what, "-", gap, None, why, ours, kind=ASSUMED))
-    return lines
-
-
-def _motion_finding() -> str:
-    return (
-        f"{NAME}: the tip errors are of a simulated robot with the printed dead-bands, not of the paper's "
-        "specimen: its tube's own curvature, its couplings and its tracker are not in them."
     )
 
 

@@ -33,7 +33,6 @@ from catheter_sim.validation.mitral import (
     validate_cycles,
     validate_elongation,
     validate_joints,
-    validate_motion,
     validate_sizing,
     validate_transseptal,
 )
@@ -44,17 +43,23 @@ from catheter_sim.validation.mitral_control import (
     validate_procedure,
     validate_whole,
 )
+from catheter_sim.validation.mitral_tables import validate_motion
 from catheter_sim.validation.neuroendoscope import (
     validate_figures,
     validate_full,
     validate_printed_full,
     validate_section,
 )
+from catheter_sim.validation.neuroendoscope_softening import validate_softening
 from catheter_sim.validation.render import (
-    validate_render,
     validate_render_4dof,
     validate_render_chest_tube,
+    validate_render_chest_tube_section,
+    validate_render_neuroendoscope,
+    validate_render_neuroendoscope_section,
+    validate_render_spacer_disk,
     validate_render_transseptal,
+    validate_render_wrist,
 )
 from catheter_sim.validation.rod import validate_rod, validate_rod_motion
 from catheter_sim.validation.spacer_disk import validate_scenarios, validate_spacer_disk
@@ -188,8 +193,13 @@ def _shown(line: Line) -> dict[str, str]:
 Check = Callable[[Path], Validation]
 
 CHECKS: Mapping[str, tuple[Check, ...]] = {
-    "neuroendoscope_section": (validate_section, validate_figures, validate_render),
-    "neuroendoscope": (validate_full, validate_printed_full),
+    "neuroendoscope_section": (
+        validate_section,
+        validate_figures,
+        validate_softening,
+        validate_render_neuroendoscope_section,
+    ),
+    "neuroendoscope": (validate_full, validate_printed_full, validate_render_neuroendoscope),
     "spacer_disk": (
         validate_spacer_disk,
         validate_scenarios,
@@ -197,6 +207,7 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_solver_times,
         validate_rod,
         validate_rod_motion,
+        validate_render_spacer_disk,
     ),
     "chest_tube_section": (
         validate_chest_tube,
@@ -209,9 +220,14 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_times,
         validate_design,
         validate_repeats,
+        validate_render_chest_tube_section,
+    ),
+    "chest_tube": (
+        validate_full_chest_tube,
+        validate_full_sleeve,
+        validate_full_requirements,
         validate_render_chest_tube,
     ),
-    "chest_tube": (validate_full_chest_tube, validate_full_sleeve, validate_full_requirements),
     "mitral_transseptal": (
         validate_transseptal,
         validate_cycles,
@@ -230,6 +246,7 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
         validate_sizing,
         validate_render_4dof,
     ),
+    "notched_wrist": (validate_render_wrist,),
 }
 
 

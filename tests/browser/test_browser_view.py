@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shlex
 import time
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,7 @@ def test_the_picture_turns_and_a_reset_brings_it_back(page: Any) -> None:
     with cs.view(SECTION, gravity_mps2=(0.0, 0.0, -9.81)) as robot:
         page.goto(robot.address)
         began(page)
+        assert page.evaluate("document.documentElement.scrollHeight") == 900  # all of it is seen at a desk
         canvas = page.locator("#view")
         before = canvas.screenshot()
         canvas.focus()
@@ -97,6 +99,28 @@ def test_the_picture_turns_and_a_reset_brings_it_back(page: Any) -> None:
         bent = tip(page)
         page.click("#reset")
         assert settled(page, bent) == pytest.approx([0.0, 0.0, 60.0], abs=0.1)
+
+
+def test_the_copied_command_names_the_file_and_the_gravity(page: Any, tmp_path: Path) -> None:
+    """As a shell reads it; typed in where the saved file lies, it simulates what was driven."""
+    file = tmp_path / "my robot.toml"
+    cs.save_robot(cs.load_robot(SECTION, ["friction.mu=0.02"]), file)
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    with cs.view(file, gravity_mps2=(0.0, 0.0, -9.81)) as robot:
+        page.goto(robot.address)
+        began(page)
+        page.click("#copy")
+        page.locator("#said", has_text="copied: ").wait_for()
+        said = page.locator("#said").inner_text().removeprefix("copied: ")
+        with page.expect_download() as saved:
+            page.click("#save")
+        saved.value.save_as(tmp_path / saved.value.suggested_filename)
+    words = shlex.split(said)
+    assert words[:3] == ["catheter-sim", "simulate", str(file)]
+    assert "--gravity=0,0,-9.81" in words
+    words[words.index("--inputs") + 1] = str(tmp_path / words[words.index("--inputs") + 1])
+    words[words.index("-o") + 1] = str(tmp_path / "out.csv")
+    assert main(words[1:]) == 0
 
 
 def test_two_pages_show_one_robot_and_say_when_it_has_ended(page: Any) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from moving_report import SEVERAL, moving_diagnosis
+from moving_report import SEVERAL, TIP, moving_diagnosis
 
 from catheter_sim.diagnosis.report import write_results
 from catheter_sim.tables import read_table
@@ -39,10 +39,51 @@ def page(browser: Any, folder: Path) -> Iterator[Any]:
     assert wrong == []
 
 
+# Keeps what is drawn in the last picture of the robot: of each stroke its colour, width and places in pixels.
+KEEP_STROKES = """() => {
+  const own = CanvasRenderingContext2D.prototype, kept = { strokes: [], now: [] };
+  const { beginPath, moveTo, lineTo, stroke } = own, here = (pen) => pen.canvas.id === 'space-canvas';
+  own.beginPath = function () { kept.now = []; beginPath.call(this); };
+  own.moveTo = function (x, y) { kept.now.push([x, y]); moveTo.call(this, x, y); };
+  own.lineTo = function (x, y) { kept.now.push([x, y]); lineTo.call(this, x, y); };
+  own.stroke = function () {
+    if (here(this)) kept.strokes.push({ ink: this.strokeStyle, width: this.lineWidth, places: kept.now });
+    stroke.call(this);
+  };
+  window.strokes = kept.strokes;
+}"""
+VERMILION, BLUE, INK = "#d55e00", "#0072b2", "#1c2126"
+
+
+SMALLEST_LETTERS = """() => {
+  const walker = document.createTreeWalker(document.querySelector('main'), NodeFilter.SHOW_TEXT), sizes = [];
+  while (walker.nextNode()) {
+    const { parentElement: around, data } = walker.currentNode;
+    if (data.trim() && around.checkVisibility()) sizes.push(parseFloat(getComputedStyle(around).fontSize));
+  }
+  return Math.min(...sizes);
+}"""
+
+
+def strokes(page: Any, act: Any) -> list[dict[str, Any]]:
+    """Return the strokes of the picture that an act makes."""
+    settle(page)
+    page.evaluate("window.strokes.length = 0")
+    act()
+    settle(page)
+    return page.evaluate("window.strokes")
+
+
+def length_px(stroke: dict[str, Any]) -> float:
+    (x, y), (to_x, to_y) = stroke["places"]
+    return float(np.hypot(to_x - x, to_y - y))
+
+
 def opened(browser: Any, folder: Path, width: int, **how: Any) -> tuple[Any, list[str]]:
     """Return a page of the report and the list of what goes wrong in it."""
     context = browser.new_context(viewport={"width": width, "height": 900}, accept_downloads=True, **how)
     page, wrong = context.new_page(), []
+    page.add_init_script(f"({KEEP_STROKES})()")
     page.on("pageerror", lambda error: wrong.append(str(error)))
     page.on("console", lambda message: wrong.append(message.text) if message.type == "error" else None)
     page.on(
@@ -77,8 +118,14 @@ def saved(page: Any, button: Any) -> tuple[str, list[list[str]]]:
         return waiting.value.suggested_filename, list(csv.reader(file))
 
 
-def test_something_is_drawn_in_every_colour(page: Any) -> None:
-    """Measured, before and after, in their own colours; hidden, a colour is gone."""
+@pytest.mark.parametrize(
+    ("scheme", "before", "after"),
+    [("light", [213, 94, 0], [0, 114, 178]), ("dark", [230, 159, 0], [86, 180, 233])],
+)
+def test_something_is_drawn_in_every_colour(
+    page: Any, scheme: str, before: list[int], after: list[int]
+) -> None:
+    """Measured, before and after, in colours for the colour-blind; hidden, a colour is gone."""
     count = """(wanted) => {
       const canvas = document.getElementById('space-canvas'), pen = canvas.getContext('2d');
       const dots = pen.getImageData(0, 0, canvas.width, canvas.height).data;
@@ -88,15 +135,68 @@ def test_something_is_drawn_in_every_colour(page: Any) -> None:
       }
       return found;
     }"""
-    vermilion, blue = [213, 94, 0], [0, 114, 178]
+    page.emulate_media(color_scheme=scheme)
     settle(page)
-    assert page.evaluate(count, vermilion) > 30
+    assert page.evaluate(count, before) > 30
     page.locator("#space-measured").uncheck()  # its dots lie over those that are right
     settle(page)
-    assert page.evaluate(count, blue) > 30
+    assert page.evaluate(count, after) > 30
     page.locator("#space-before").uncheck()
     settle(page)
-    assert page.evaluate(count, vermilion) == 0
+    assert page.evaluate(count, before) == 0
+
+
+def test_an_error_is_a_line_to_scale(page: Any, folder: Path) -> None:
+    """From the measured tip to the computed one, as long against the scale as the series have it."""
+    slider = page.locator("#space-row")
+    drawn_now = strokes(page, lambda: slider.fill("12"))
+    row = int(page.locator("#space-said").inner_text().removeprefix("Row ").split(",")[0]) - 1
+    series = read_table(next(folder.glob("fitted_heldout_*.csv"))).columns
+    apart = [series[f"tip_{axis}_mm"][row] - series[f"before_tip_{axis}_mm"][row] for axis in "xyz"]
+    errors = [item for item in drawn_now if item["ink"] == VERMILION and item["width"] == 2.5]
+    assert len(errors) == 3  # of three points
+    (ruler,) = [item for item in drawn_now if item["ink"] == INK and item["width"] == 2]
+    shown_mm = 20.0 * max(map(length_px, errors)) / length_px(ruler)
+    assert shown_mm == pytest.approx(np.linalg.norm(apart), rel=0.1)  # seen from a little above, near or far
+
+
+def test_zoom_keeps_what_is_under_the_mouse(page: Any) -> None:
+    """The wheel about a place leaves it there, and twice as large it is twice as far from all others."""
+    box = page.locator("#space-canvas").bounding_box()
+
+    def ruler_and_place(act: Any) -> tuple[float, list[float]]:
+        found = strokes(page, act)
+        (ruler,) = [item for item in found if item["ink"] == INK and item["width"] == 2]
+        return length_px(ruler), [item for item in found if item["width"] == 2.5][-1]["places"][0]
+
+    _, place = ruler_and_place(lambda: page.locator("#space-row").fill("12"))
+    page.mouse.move(box["x"] + place[0], box["y"] + place[1])
+    _, after = ruler_and_place(lambda: page.mouse.wheel(0, -600))
+    assert after == pytest.approx(place, abs=1.5)
+    page.locator("#space-canvas").focus()
+    _, moved = ruler_and_place(lambda: page.keyboard.press("Shift+ArrowLeft"))
+    assert moved == pytest.approx([after[0] - 30.0, after[1]], abs=0.1)
+    _, home = ruler_and_place(lambda: page.keyboard.press("Home"))
+    assert home == pytest.approx(place, abs=0.1)
+
+
+def test_where_several_points_are_measured_their_shape_is_drawn(browser: Any, tmp_path: Path) -> None:
+    """A line through them, base to tip, and the whole tubes; not through a marker that stands aside."""
+    columns = tuple(f"body_{k}_{axis}_mm" for k in (8, 16, 24) for axis in "xz")
+    write_results(
+        moving_diagnosis(20, (*TIP, *columns, "marker_ring_x_mm", "marker_ring_z_mm")), tmp_path, ""
+    )
+    page, wrong = opened(browser, tmp_path, 1400)
+    found = strokes(page, lambda: page.locator("#space-row").fill("2"))
+    (shape,) = [item for item in found if item["ink"] == INK and item["width"] == 1.5]
+    heights = [y for _, y in shape["places"]]
+    assert len(heights) == 4
+    assert heights == sorted(heights, reverse=True)
+    for ink in (VERMILION, BLUE):
+        (tube,) = [item for item in found if item["ink"] == ink and item["width"] == 1]
+        assert len(tube["places"]) == 2 * 25
+    page.context.close()
+    assert wrong == []
 
 
 def test_it_turns_by_mouse_and_by_keys_and_zooms(page: Any) -> None:
@@ -112,7 +212,7 @@ def test_it_turns_by_mouse_and_by_keys_and_zooms(page: Any) -> None:
     page.mouse.wheel(0, -400)
     seen.append(drawn(page))
     canvas.focus()
-    for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowUp", "+", "-", "ArrowDown"):
+    for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowUp", "+", "-", "ArrowDown", "Shift+ArrowDown"):
         page.keyboard.press(key)
         seen.append(drawn(page))
     assert all(one != other for one, other in pairwise(seen))
@@ -209,8 +309,29 @@ def test_tables_and_series_are_saved(page: Any, folder: Path) -> None:
     assert len(rows) == 15
 
 
+def test_probabilities_are_bars_with_groups(page: Any) -> None:
+    """Each bar as long as it is probable; of a group one bar of its members, one after the other."""
+    page.locator("summary", has_text="What is probably at work").click()
+    rows = page.locator("table[data-csv=probabilities] tr").all()[1:]
+    bars = [[part.bounding_box()["width"] for part in row.locator("i").all()] for row in rows]
+    whole = rows[0].locator(".chance div").bounding_box()["width"]
+    assert [len(bar) for bar in bars] == [2, 1, 1]
+    assert bars[0] == pytest.approx([0.71 * whole, 0.23 * whole], rel=0.03)
+    assert bars[1] == pytest.approx([0.12 * whole], rel=0.05)
+    assert "actuation gain 0.71 and stiffness 0.23" in rows[0].inner_text()
+
+
+def test_each_table_can_be_saved(page: Any) -> None:
+    """A button behind each, that says which; no two of one name."""
+    tables = page.evaluate("[...document.querySelectorAll('table')].map((table) => table.dataset.csv)")
+    assert None not in tables
+    assert len(set(tables)) == len(tables) >= 5
+    labels = [button.get_attribute("aria-label") for button in page.locator(".save button[aria-label]").all()]
+    assert labels == [f"Save CSV: {name.replace('_', ' ')}" for name in tables]
+
+
 def test_it_prints_the_still_picture(page: Any) -> None:
-    """On paper the picture stands where the robot moves on a screen; the PDF has pages."""
+    """On paper the picture stands where the robot moves on a screen, and what is folded is unfolded."""
     shown = "(name) => getComputedStyle(document.querySelector(name)).display"
     assert page.evaluate(shown, "figure.still") == "none"
     assert page.evaluate(shown, "section.live") == "block"
@@ -218,6 +339,8 @@ def test_it_prints_the_still_picture(page: Any) -> None:
     assert page.evaluate(shown, "figure.still") != "none"
     assert page.evaluate(shown, "section.live") == "none"
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert page.locator("table[data-csv=probabilities]").bounding_box()["height"] > 50
+    assert page.locator("button:visible", has_text="Save CSV").count() == 0
     pdf = page.pdf()
     assert pdf.startswith(b"%PDF")
     assert pdf.count(b"/Type /Page\n") + pdf.count(b"/Type /Page ") >= 1
@@ -246,6 +369,7 @@ def test_it_fits_a_telephone_and_turns_by_touch(browser: Any, folder: Path, sche
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
         page.evaluate("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     assert page.locator("#space-canvas").bounding_box()["width"] > 330
+    assert page.evaluate(SMALLEST_LETTERS) >= 12.0
     dark = page.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)"
     assert dark == (scheme == "dark")
     first = drawn(page)

@@ -37,9 +37,27 @@ def _inputs(rows: int, size_N: float) -> Inputs:
     return Inputs(np.arange(float(rows)), "tension", np.stack([pull, 0.0 * pull], axis=1), zeros, zeros)
 
 
-def moving_diagnosis(
-    rows: int = 60, columns: tuple[str, ...] = TIP, name: str = "loops", moving: bool = False
-) -> DiagnosisResult:
+def fitted(dataset: Dataset, term: Term, value: float) -> DiagnosisResult:
+    """Return a diagnosis of a data set whose series are the model's as specified, and with one number."""
+    predict = twin_for(
+        dataset.robot, dataset.trials[0].inputs.actuation, dataset.output_channels, dataset.gravity_mps2
+    )
+    columns = dataset.output_channels
+    problem = Problem(dataset.robot, (), (), columns, np.ones(len(columns)), predict)
+    fits = trial_fits(problem, dataset.trials, *_with_number(problem, term, value))
+    return replace(moving_diagnosis(), dataset=dataset, fits=fits, extended_robot=dataset.robot)
+
+
+def _with_number(problem: Problem, term: Term, value: float) -> Any:
+    """Return the fits of nothing, and of one number at a value."""
+    numbers = fitted_numbers(problem, (term,))
+    return (
+        SimpleNamespace(numbers=(), x=np.zeros(0)),
+        SimpleNamespace(numbers=numbers, x=start_of(numbers, {(term.effect, term.free[0]): value})),
+    )
+
+
+def moving_diagnosis(rows: int = 60, columns: tuple[str, ...] = TIP, name: str = "loops") -> DiagnosisResult:
     """Return a diagnosis of two trials, the last held out, with a gain of 1.2 in it; rows in all: `rows`."""
     robot = replace(
         load_robot("neuroendoscope_section"),
@@ -47,12 +65,8 @@ def moving_diagnosis(
         markers=(Marker("ring", 4, 5e-3, 0.0, 1e-3),),
     )
     predict = twin_for(robot, "tension", columns, GRAVITY)
-    problem = Problem(robot, (), (), columns, np.ones(len(columns)), predict, moving=moving)
-    numbers = fitted_numbers(problem, (Term("actuation_gain", ("scale",)),))
-    values: Any = (
-        SimpleNamespace(numbers=(), x=np.zeros(0)),
-        SimpleNamespace(numbers=numbers, x=start_of(numbers, {("actuation_gain", "scale"): 1.2})),
-    )
+    problem = Problem(robot, (), (), columns, np.ones(len(columns)), predict)
+    values = _with_number(problem, Term("actuation_gain", ("scale",)), 1.2)
     gained = replace(robot, effects={"actuation_gain": {"scale": 1.2}})
     generator = np.random.default_rng(5)
     trials = []

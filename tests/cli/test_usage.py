@@ -100,7 +100,7 @@ def test_help_imports_nothing_heavy() -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ([], "a verb is needed; choices: list, build"),
+        ([], "a command is needed; choices: list, build"),
         (["fly"], "invalid choice: 'fly' (choose from"),
         (["list", "--yaml"], "unrecognized arguments: --yaml"),
         (["build"], "the following arguments are required: ROBOT, -o/--output"),

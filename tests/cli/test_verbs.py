@@ -21,6 +21,7 @@ from catheter_sim.channels import (
     output_channels,
     read_inputs,
 )
+from catheter_sim.cli import diagnose as diagnose_verb
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.errors import InputError
 from catheter_sim.modelling.build import robot_length
@@ -302,6 +303,35 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         "next experiment: Pull slower.",
     ):
         assert text in ran.out, ran.out
+
+
+def test_several_data_sets_get_a_folder_each(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is named, and written to its own folder; nothing is begun where one of them cannot be read."""
+    from catheter_sim.diagnosis import pipeline
+    from catheter_sim.files import assets_folder
+
+    asked: list[tuple[str, str]] = []
+
+    def diagnose(data: str, out: Path, **named: object) -> None:
+        asked.append((data, str(out)))
+        raise InputError("that is all")
+
+    monkeypatch.setattr(pipeline, "diagnose", diagnose)
+    first, second = (str(assets_folder() / "examples" / name) for name in ("opencr_v4", "trunk/settled_000g"))
+    for wrong, said in (
+        ((first, "nothing_here"), "nothing_here"),
+        ((first, first), "opencr_v4: two data sets of this name"),
+        ((first, second, "--since", first), "--since compares one data set"),
+    ):
+        ran = run("diagnose", *wrong, "-o", "out")
+        assert ran.status == 2
+        assert said in ran.err
+    assert not asked
+    monkeypatch.setattr(diagnose_verb, "_run_one", lambda options, data, out: asked.append((data, str(out))))
+    ran = run("diagnose", first, second, "-o", "out")
+    assert ran.status == 0
+    assert ran.out.splitlines() == ["opencr_v4:", "settled_000g:"]
+    assert asked == [(first, "out/opencr_v4"), (second, "out/settled_000g")]
 
 
 @pytest.mark.parametrize(("more", "budget_s"), [([], 300.0), (["--budget", "40"], 40.0)])

@@ -70,6 +70,10 @@ def test_without_a_screen_it_says_so_in_one_line(run: Run, monkeypatch: pytest.M
     assert shown.startswith("open http://127.0.0.1:")
     assert "ssh -L" in shown
     assert "no_such_robot" in run("view", "no_such_robot").error()
+    pages: list[str] = []
+    monkeypatch.setattr(LiveServer, "begin", lambda server: (pages.append(server.page), server.stop.set()))
+    run("view", "neuroendoscope_section", "--set", "friction.mu=0.1", "--gravity", "0,0,-9.81")
+    assert '"command":"neuroendoscope_section --set friction.mu=0.1"' in pages[0]
     assert "--gravity" in run("view", "neuroendoscope", "--gravity", "down").error()
     assert "--inputs" in run("view", "neuroendoscope", "--trial", "first").error()
 

@@ -52,7 +52,7 @@ def test_a_story_with_an_end() -> None:
 def test_a_story_without_an_end_promises_nothing(tmp_path) -> None:
     """Neither the title nor the last words say more than is known."""
     spent = LoopOutcome((LoopStep(5, OPEN, None, NO_MORE),), NO_MORE, (), "the budget is spent")
-    assert title_of(spent, "robot") == "What is wrong with robot is not settled from the first data"
+    assert title_of(spent, "robot") == "What is wrong with robot is not known from the first data"
     assert paragraphs_of(spent)[-1].startswith("It ends here, as the budget is spent.")
     waits = LoopOutcome((FIRST,), WAITING, (), "experiment_1_1.csv: not there yet")
     assert "not known yet" in title_of(waits, "robot")

@@ -35,3 +35,18 @@ def test_table_counts_controller_and_chance(tmp_path):
     assert ran.returncode == 0, ran.stderr
     table = "environment,controller,chance,episodes\nNeuroendoscopeSectionTrack,2,0,2\n"
     assert (tmp_path / "out.csv").read_text() == table
+
+
+@pytest.mark.slow
+def test_an_episode_is_drawn_as_the_files_name_says(tmp_path):
+    """Another ending, and an unknown environment, are refused in one line with the choices."""
+    ran = run("--show", "NotchedWristReach", "-o", str(tmp_path / "a.png"), "--width", "320")
+    assert ran.returncode == 0, ran.stderr
+    assert "320 x 180 pixels" in ran.stdout
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    for name, file, words in (("NotchedWristReach", "a.jpg", ".png, .mp4"), ("Fly", "b.png", "'Fly'")):
+        ran = run("--show", name, "-o", str(tmp_path / file))
+        assert ran.returncode == 2
+        assert ran.stderr.startswith("baselines: error: ")
+        assert words in ran.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]

@@ -470,7 +470,7 @@ def hidden_of(ground: Ground, planted: Planted, size: float) -> dict[str, Any]:
     return {
         "cause": form.cause,
         "form": form.name,
-        "known": form.known,
+        "known": form.known or form.learnt,
         "outside": form.outside,
         "law": form.law,
         "also": list(form.also),
@@ -1127,6 +1127,7 @@ def _rows(forms: Iterable[LabForm]) -> list[str]:
         cause = f"outside: {form.cause}" if form.outside else f"`{form.cause}`"
         name = "" if form.outside else form.name
         knows = "knows it" if form.known else f"does not, {form.purpose}"
+        knows = f"knows it by now; drawn as foreign, {form.purpose}" if form.learnt else knows
         also = ", ".join(f"`{other}`" for other in form.also)
         rows.append(f"| {cause} | {name} | {form.law.replace('|', chr(92) + '|')} | {knows} | {also} |")
     return rows

@@ -162,7 +162,7 @@ def test_two_coordinates_are_found_by_the_robots_own_motion(
 def test_a_plane_that_the_robot_does_not_show_is_written_by_hand(tmp_path: Path) -> None:
     """A motor that stands still moves no robot; the line says what to write."""
     path = written(tmp_path / "take.csv", "displacement_wheel_mm,u,v", 0.0 * PULL_MM, *arc().T[[0, 2]])
-    with pytest.raises(InputError, match=r"does not show which coordinates 'u' and 'v' are; .*tip_x_mm = \{"):
+    with pytest.raises(InputError, match=r"which coordinates 'u' and 'v' are\. .*tip_x_mm = \{"):
         proposed(path)
 
 

@@ -9,7 +9,8 @@ import pytest
 from catheter_sim.catalogue import load_robot
 from catheter_sim.mjcf.document import Element
 from catheter_sim.modelling.build import add_scene, robot_length, views
-from catheter_sim.pictures.images import model_camera, project, projection_matrix
+from catheter_sim.pictures.images import project, projection_matrix
+from tests.cameras import model_camera
 
 
 def scene_model(name: str) -> mujoco.MjModel:

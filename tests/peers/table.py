@@ -13,7 +13,7 @@ PROGRAMS = (
     "PyElastica",
     "SoRoMoX",
 )
-_HOW_TO_GET = "not installed: pip install 'catheter-sim[peers]'"
+_HOW_TO_GET = "not installed: pip install pyelastica soromox"
 
 
 def measure(name: str, turns: int) -> Measured:

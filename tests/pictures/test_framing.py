@@ -10,7 +10,7 @@ import pytest
 
 from catheter_sim.modelling.build import FOVY_DEG, View
 from catheter_sim.pictures.images import PinholeCamera, project, projection_matrix
-from catheter_sim.pictures.offscreen import emptiest_corner, fitted_view, free_camera
+from catheter_sim.pictures.offscreen import fitted_view, free_camera
 
 OBLIQUE = np.array([0.48, -0.8, 0.36])
 FROM_AFAR = View("any", np.zeros(3), OBLIQUE, 1.0)
@@ -51,21 +51,3 @@ def test_free_camera_stands_where_the_view_says() -> None:
     assert np.mean([eye.pos for eye in eyes], axis=0) == pytest.approx(view.position, abs=1e-6)
     assert eyes[0].forward == pytest.approx(-view.backward, abs=1e-6)
     assert eyes[0].up == pytest.approx(view.axes[1], abs=1e-6)
-
-
-def test_close_up_goes_where_the_robot_is_not() -> None:
-    """With points in three corners, the fourth is chosen."""
-    view = View("side", np.zeros(3), np.array([0.0, -1.0, 0.0]), 2.0)
-    corners = {(0, 0): (-1.5, 0.9), (0, 1): (1.5, 0.9), (1, 0): (-1.5, -0.9), (1, 1): (1.5, -0.9)}
-    for free in corners:
-        points = np.array([(x, 0.0, z) for corner, (x, z) in corners.items() if corner != free])
-        assert emptiest_corner(view, points, 1600, 1000, (300, 300)) == free
-
-
-def test_a_flat_rectangle_fits_where_a_square_does_not():
-    """What stands below a flat rectangle in a corner is not hidden by it."""
-    view = View("any", np.zeros(3), np.array([0.0, -1.0, 0.0]), 2.0)
-    others = [(1.5, 0.9), (1.5, 0.9), (-1.5, -0.9), (1.5, -0.9)]
-    points = np.array([(x, 0.0, z) for x, z in [(-1.5, 0.6), (-1.5, 0.6), (-1.5, 0.6), *others]])
-    assert emptiest_corner(view, points, 1600, 1000, (300, 100)) == (0, 0)
-    assert emptiest_corner(view, points, 1600, 1000, (300, 300)) != (0, 0)

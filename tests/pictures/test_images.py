@@ -232,9 +232,14 @@ def test_inset_and_caption_stay_in_their_corner(corner: tuple[int, int]) -> None
     """They change one quarter of the picture and leave the others."""
     plain = np.full((200, 300, 3), 220, dtype=np.uint8)
     small = np.zeros((60, 60, 3), dtype=np.uint8)
+    lines = ["t = 1.00 s", "tension 0.3 N"]
+    places = [
+        images.in_corner(plain, size, corner)
+        for size in (images.inset_size(60, 200), images.caption_size(lines, 200))
+    ]
     for changed in (
-        images.with_inset(plain, small, corner),
-        images.with_caption(plain, ["t = 1.00 s", "tension 0.3 N"], corner),
+        images.with_inset(plain, small, places[0]),
+        images.with_caption(plain, lines, places[1]),
     ):
         rows, columns = np.nonzero((changed != plain).any(axis=2))
         assert len(rows) > 50

@@ -8,6 +8,7 @@ import pytest
 from catheter_sim.modelling.build import View
 from catheter_sim.pictures.images import (
     INK,
+    in_corner,
     legend_size,
     round_length,
     scale_size,
@@ -31,7 +32,7 @@ def test_lengths_are_round_and_no_longer_than_there_is_room(longest: float, show
 def test_the_bar_is_as_long_as_it_says(height_m: float) -> None:
     """Its pixels over the picture's pixels a metre are the round length, to a pixel at either end."""
     view = View("side", np.zeros(3), np.array([0.0, -1.0, 0.0]), height_m)
-    image = with_scale(PLAIN, view, (1, 0))
+    image = with_scale(PLAIN, view, in_corner(PLAIN, scale_size(720), (1, 0)))
     ink = (image == INK).all(axis=2)
     row = int(np.argmax(ink.sum(axis=1)))
     pixels_per_m = 720 / height_m
@@ -62,7 +63,8 @@ def test_axes_point_where_the_base_frames_do() -> None:
 def test_scale_and_legend_stay_where_they_are_put(corner: tuple[int, int]) -> None:
     """Within the sizes by which the picture's corners are shared out."""
     sizes = (scale_size(720), legend_size(720))
-    pictures = (with_scale(PLAIN, SIDE, corner), with_tension_legend(PLAIN, 0.4, corner))
+    places = [in_corner(PLAIN, size, corner) for size in sizes]
+    pictures = (with_scale(PLAIN, SIDE, places[0]), with_tension_legend(PLAIN, 0.4, places[1]))
     for image, (width, height) in zip(pictures, sizes, strict=True):
         rows, columns = np.nonzero((image != PLAIN).any(axis=2))
         assert len(rows) > 100

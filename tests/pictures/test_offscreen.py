@@ -93,7 +93,7 @@ def test_caption_states_time_and_inputs() -> None:
     lines = offscreen.caption(robot, row, 1)
     assert lines[0] == "t = 2.50 s"
     assert "tension proximal right 0.80 N" in lines
-    assert "tension distal left 0.00 N" in lines
+    assert not any("left" in line for line in lines)  # channels that stay 0 have no line
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_a_pulled_tendon_is_red_and_a_slack_one_grey() -> None:
     simulator = Simulator(ROBOT)
     pulled = pulled_tendons(simulator.model, ROBOT)
     states = []
-    for tension in (0.0, 0.3):
+    for tension in (0.0, 0.2):  # 0.2 N: an end of the colours
         simulator.set_inputs(np.array([tension, 0.0]))
         simulator.settle()
         states.append(state_of(simulator, pulled))

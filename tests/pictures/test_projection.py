@@ -8,14 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from catheter_sim.errors import InputError
 from catheter_sim.pictures.images import (
     PinholeCamera,
-    model_camera,
     open_renderer,
     project,
     projection_matrix,
 )
+from tests.cameras import model_camera
 
 POINTS = np.array(
     [(0.0, 0.0, 0.0), (0.3, 0.1, -0.2), (-0.35, 0.4, 0.25), (0.2, -0.5, 0.3), (-0.1, 0.6, -0.33)]
@@ -50,10 +49,3 @@ def test_field_of_view_spans_the_height() -> None:
     edge = math.tan(math.radians(20.0))
     image = project(projection_matrix(camera), np.array([(0, 0, -1), (0, edge, -1), (0, -2 * edge, -2)]))
     assert image == pytest.approx(np.array([(100, 50), (100, 0), (100, 100)]))
-
-
-def test_unknown_camera_is_one_line_with_the_choices() -> None:
-    """A camera that the model lacks is named beside those it has."""
-    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><camera name="eye"/></worldbody></mujoco>')
-    with pytest.raises(InputError, match=r"unknown camera 'ear'; choices: eye"):
-        model_camera(model, mujoco.MjData(model), "ear", 64, 48)

@@ -1,9 +1,7 @@
-"""Robots of rolling joints in pictures: where they rolled to, and the render check on them."""
+"""Robots of rolling joints in pictures: where they rolled to."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -12,99 +10,19 @@ import pytest
 from PIL import Image
 
 from catheter_sim.catalogue import load_robot
-from catheter_sim.channels import read_inputs
 from catheter_sim.cli.main import main
-from catheter_sim.core.inputs import Inputs
-from catheter_sim.core.posture import Posture
 from catheter_sim.pictures import offscreen
-from catheter_sim.pictures.images import TOLERANCE_PX, RenderCheck, check_render
 from catheter_sim.pictures.offscreen import put, state_of
 from catheter_sim.robots.rolling.spec import RollingRobot
 from catheter_sim.simulation.simulator import Simulator
-from catheter_sim.tables import Table
-from catheter_sim.theory.static_models import STATIC_MODELS
-from catheter_sim.validation.render import CHEST_TUBE, mean_distances_px
 
 pytestmark = pytest.mark.slow
-
-Posed = Callable[[np.ndarray, Posture], RenderCheck]
 
 
 def section() -> RollingRobot:
     robot = load_robot("chest_tube_section")
     assert isinstance(robot, RollingRobot)
     return robot
-
-
-def pulled(robot: RollingRobot, tensions: list[float]) -> Inputs:
-    rows = np.arange(float(len(tensions)))
-    return read_inputs(robot, Table(rows, {"tension_active_N": np.array(tensions)}))
-
-
-def statics(robot: RollingRobot) -> tuple[Posture, ...]:
-    """Return the section's analytic postures on the way to 50 N and back, the first one straight."""
-    inputs = pulled(robot, [0.0, 5.0, 20.0, 50.0, 12.0, 4.0])
-    return STATIC_MODELS["complete"].solve(robot, inputs, np.zeros(3)).postures
-
-
-@pytest.fixture(scope="module")
-def posed() -> Posed:
-    """Return the render check of a model whose joints have rolled to some angles, against a posture."""
-    simulator = Simulator(section())
-
-    def checked(angles: np.ndarray, posture: Posture) -> RenderCheck:
-        simulator.data.qpos[:] = angles
-        simulator.posture()  # puts hinges and links where pure rolling has them
-        return check_render(section(), simulator.model, simulator.data, posture)
-
-    return checked
-
-
-def test_right_model_is_drawn_within_half_a_pixel(posed: Posed) -> None:
-    """Six analytic postures of the section, drawn with their own joint angles."""
-    checks = [posed(posture.joint_angles, posture) for posture in statics(section())]
-    assert max(check.mean_px for check in checks) < 0.5 * TOLERANCE_PX
-    assert all(check.length_ratio == pytest.approx(1.0, abs=0.005) for check in checks)
-
-
-def test_stiffness_wrong_by_two_percent_fails(posed: Posed) -> None:
-    """Analytic stiffness 2 % off: over the six postures the mean distance is above a pixel."""
-    robot = section()
-    wrong = statics(replace(robot, stiffness_scale=1.02))
-    pairs = zip(statics(robot), wrong, strict=True)
-    checks = [posed(right.joint_angles, item) for right, item in pairs]
-    assert checks[0].passed  # straight, whatever its stiffness
-    assert np.mean([check.mean_px for check in checks]) > TOLERANCE_PX
-
-
-@pytest.mark.parametrize("index", [0, 2, 3])
-def test_length_wrong_by_two_percent_and_mirrored_model_fail(posed: Posed, index: int) -> None:
-    """Drawn 2 % too long, or bent to the other side."""
-    posture = statics(section())[index]
-    assert not posed(posture.joint_angles, replace(posture, p_w=posture.p_w * 0.98)).passed
-    if index:
-        mirror = np.array([-1.0, 1.0, 1.0])
-        turned = posture.R_w * mirror[:, np.newaxis] * mirror
-        mirrored = replace(posture, p_w=posture.p_w * mirror, R_w=turned)
-        assert posed(posture.joint_angles, mirrored).mean_px > 10.0
-
-
-def test_links_that_do_not_roll_are_noticed() -> None:
-    """At 50 N, links that turn about their first contacts instead are further off than a pixel."""
-    robot = section()
-    posture = statics(robot)[3]
-    simulator = Simulator(robot)
-    simulator.data.qpos[:] = posture.joint_angles
-    mujoco.mj_forward(simulator.model, simulator.data)
-    fixed = check_render(robot, simulator.model, simulator.data, posture)
-    assert fixed.mean_px > TOLERANCE_PX
-
-
-@pytest.mark.long
-def test_simulated_section_passes_and_fails_when_the_model_is_two_percent_off() -> None:
-    """Ten simulated postures: at most 1 px from the complete statics, more where those are 2 % too stiff."""
-    assert np.mean(mean_distances_px(case=CHEST_TUBE)) <= 0.5 * TOLERANCE_PX
-    assert np.mean(mean_distances_px(1.02, CHEST_TUBE)) > TOLERANCE_PX
 
 
 def test_remembered_state_is_drawn_as_it_was() -> None:

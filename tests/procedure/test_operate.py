@@ -17,8 +17,8 @@ from catheter_sim.procedure.heart import median_anatomy
 from catheter_sim.procedure.operate import Outcome, _Theatre, build_scene, operate, run_series
 from catheter_sim.procedure.plan import plan
 from catheter_sim.robots.catheter.published import mitral_transseptal, mitral_transseptal_tube
-from catheter_sim.validation.mitral import tortuous
 from catheter_sim.validation.mitral_control import validate_procedure
+from catheter_sim.validation.mitral_tables import tortuous
 from tests.scripts_as_modules import script_module
 
 pytestmark = pytest.mark.slow

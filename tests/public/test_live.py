@@ -136,6 +136,35 @@ def test_the_page_loads_nothing_from_elsewhere(server: LiveServer) -> None:
     assert [item["name"] for item in about["sliders"][:2]] == ["tension_right_N", "tension_left_N"]
 
 
+def about(view: cs.LiveView) -> dict:
+    text = view._server.page
+    return json.loads(text.partition('id="about">')[2].partition("</script>")[0])
+
+
+def test_the_page_knows_how_a_command_names_its_robot(tmp_path: Path) -> None:
+    """An id, a file as a shell needs it, a value that is an id's; of another value the file to write."""
+    robot = cs.load_robot(SECTION, ["friction.mu=0.02"])
+    file = tmp_path / "my robot.toml"
+    cs.save_robot(robot, file)
+    for given, name in (
+        (SECTION, SECTION),
+        (file, f"'{file}'"),
+        (cs.load_robot(SECTION), SECTION),
+        (robot, f"{SECTION}.toml"),
+    ):
+        with cs.view(given) as shown:
+            assert about(shown)["command"] == name
+
+
+def test_each_element_has_its_radius() -> None:
+    """Of a catheter whose tube is thinner than its joint; one for each place of the shape."""
+    with cs.view("mitral_transseptal") as shown:
+        radii, live = about(shown)["radii_mm"], shown._server.live
+    assert len(radii) == len(live.state["shape_mm"])
+    segments = {round(1e3 * segment.outer_radius_m, 3) for segment in live.robot.segments}
+    assert set(radii) == segments
+
+
 def test_the_robot_is_driven_through_the_server(server: LiveServer) -> None:
     """States come as they are made; what was asked for is seen in them."""
     body = json.dumps({"set": {"tension_right_N": 0.2}})

@@ -107,9 +107,9 @@ def test_data_frame_holds_the_table(run: cs.Run) -> None:
 
 
 def test_data_frame_without_pandas_is_one_line(run: cs.Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where pandas is not installed, the error names the extra."""
+    """Where pandas is not installed, the error names the package."""
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(cs.InputError, match=r"needs pandas; install catheter-sim\[pandas\]"):
+    with pytest.raises(cs.InputError, match=r"needs pandas: pip install pandas"):
         run.to_dataframe()
 
 
@@ -234,7 +234,7 @@ def test_a_motion_of_too_many_steps_is_refused_before_any_work(
         cs.simulate(SECTION, pull, dynamic=True)
     told = str(error.value)
     assert told == (
-        f"inputs: time_s runs over {seconds:g} s, in motion at most 5000 s: 2 rows, "
+        f"inputs: time_s runs over {seconds:g} s, in motion at most 5000 s. These are 2 rows, "
         f"{seconds / 0.0005:.0f} steps of 0.0005 s; the budget is 10000000. Is time_s in seconds? If so, "
         "raise most_steps"
     )

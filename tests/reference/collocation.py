@@ -168,7 +168,7 @@ def _tendons_along(
     constant, turn = np.zeros((*shape, 3)), np.zeros((*shape, 3))
     runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]
     for k, pull in enumerate(tension):
-        r = np.array([*rod.hole_m[k], 0.0])
+        r = np.array([*rod.hole_m[k, 0], 0.0])
         arm = _cross_matrix(r)
         a = v + np.cross(u, r)
         length = np.linalg.norm(a, axis=-1)
@@ -210,7 +210,7 @@ def _conditions(
         for k, size in enumerate(tension):
             if rod.last_disk[k] < j + 1:
                 continue
-            arm = R_end[j] @ [*rod.hole_m[k], 0.0]
+            arm = R_end[j] @ [*rod.hole_m[k, 0], 0.0]
             one = _tendon_at_disk(rod, k, j, path, start, end, R_start, R_end)
             pull += size * one
             couple += np.cross(arm, size * one)
@@ -224,7 +224,7 @@ def _tendon_at_disk(
     rod: RodProblem, k: int, j: int, path: str, start: Array, end: Array, R_start: Array, R_end: Array
 ) -> Array:
     """Return the force on disk j + 1 per tension of tendon k, in the base frame (Eqs 24, 30, 32, 58)."""
-    r = np.array([*rod.hole_m[k], 0.0])
+    r = np.array([*rod.hole_m[k, 0], 0.0])
     last = rod.last_disk[k] == j + 1
     if path == "continuous":
         if not last:

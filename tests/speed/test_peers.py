@@ -61,7 +61,7 @@ def test_a_program_that_is_not_there_says_how_to_get_it(monkeypatch: pytest.Monk
         row = table.measure(name, 1)
         assert row.error_percent is None
         first = Measured("ours", "", 0.0, 1e-3, fit_s=1.0, fit_error_percent=0.0)
-        assert "pip install 'catheter-sim[peers]'" in table.text([first, row])
+        assert "pip install pyelastica soromox" in table.text([first, row])
 
 
 def test_rows_of_the_authors_program_scale_with_the_loop(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,17 @@ import pytest
 from catheter_sim.core.robot import Friction
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.published import neuroendoscope_section
-from catheter_sim.validation.lines import KINDS, PREDICTED, Line, Validation, history, loop_area
+from catheter_sim.validation.lines import (
+    JUDGED,
+    KINDS,
+    PREDICTED,
+    VERIFIED,
+    Line,
+    Validation,
+    constant_of,
+    history,
+    loop_area,
+)
 from catheter_sim.validation.neuroendoscope import violations
 
 
@@ -36,9 +46,9 @@ def test_every_line_must_pass_and_there_must_be_one() -> None:
     assert not Validation((), ()).passed
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != PREDICTED])
-def test_only_what_is_predicted_is_judged(kind: str) -> None:
-    """A figure that was fitted, read back or assumed informs; a tolerance for it is refused."""
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in JUDGED])
+def test_only_what_is_verified_or_predicted_is_judged(kind: str) -> None:
+    """A figure that was coded, fitted, read back or assumed informs; a tolerance for it is refused."""
     told = Line("robot", "tip", "mm", 0.1, None, "a test", kind=kind)
     assert told.verdict == "for information"
     assert kind in Validation((told, line(0.5)), ()).table_text()
@@ -47,8 +57,27 @@ def test_only_what_is_predicted_is_judged(kind: str) -> None:
 
 
 def test_an_unknown_kind_names_the_choices() -> None:
-    with pytest.raises(ValueError, match="kind 'guessed'; choices: predicted, fitted to it, read back"):
+    with pytest.raises(ValueError, match="kind 'guessed'; choices: implemented, verified, predicted"):
         Line("robot", "tip", "mm", 0.1, None, "a test", kind="guessed")
+
+
+def test_a_prediction_has_something_printed_beside_it() -> None:
+    """A figure or words; two models of ours against each other are verified, which is what a line is."""
+    assert line(0.5).kind == VERIFIED
+    for printed in ({"published": 1.0}, {"said": "smaller"}):
+        told = Line("robot", "tip", "mm", 0.1, 1.0, "a test", kind=PREDICTED, **printed)
+        assert ("smaller" in Validation((told,), ()).table_text()) is ("said" in printed)
+    with pytest.raises(ValueError, match="predicted, and nothing printed or measured stands beside it"):
+        Line("robot", "tip", "mm", 0.1, 1.0, "a test", analytic=1.0, kind=PREDICTED)
+
+
+def test_judged_lines_name_their_constant() -> None:
+    """Whose and which, by robot and quantity; a line that is not judged names none."""
+    assert line(0.5).about == "simulation: stiffness"
+    assert line(0.5, None).about == "-"
+    assert constant_of("neuroendoscope_section", "partial loop: loop area of tip") == "simulation: friction"
+    assert constant_of("chest_tube", "complete: times that a rod slides") == "complete: friction"
+    assert constant_of("spacer_disk", "scenario 1, 2 disks, VC: mean") == "static models: stiffness"
 
 
 @pytest.mark.parametrize("reverse", [False, True])

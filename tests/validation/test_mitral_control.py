@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -142,6 +143,23 @@ def test_no_share_that_misses_the_table_is_called_met(rows: dict[str, mitral_con
         assert line.tolerance is None
         assert line.error == pytest.approx(abs(line.ours - line.published))
         assert line.kind == "out of reach"
+
+
+def test_three_readings_of_a_share() -> None:
+    """By hand: 3 and 1, then 1 and 1 of model and controller; the way of the model alone is 2."""
+    still = np.zeros((2, 1))
+    run = SimpleNamespace(
+        model_m=np.array([[3.0], [1.0]]),
+        controller_m=np.array([[1.0], [1.0]]),
+        controller_share=lambda: np.array([2.0 / 6.0]),
+    )
+    shares = {name: float(value[0]) for name, value in mitral_control.shares_by_reading(run).items()}
+    assert shares["mean sizes"] == pytest.approx(2.0 / 6.0)
+    assert shares["mean of each tick's"] == pytest.approx(0.5 * (0.25 + 0.5))
+    assert shares["ways travelled"] == pytest.approx(0.0)
+    run.model_m, run.controller_m = still, still
+    with np.errstate(all="ignore"), pytest.warns(RuntimeWarning):
+        assert np.isnan(mitral_control.shares_by_reading(run)["mean of each tick's"]).all()
 
 
 def test_the_order_of_the_models_is_counted(control: mitral_control.JointControl) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import os
 import re
 from pathlib import Path
 
@@ -69,8 +71,42 @@ def test_an_item_calls_a_checked_figure_what_validate_calls_it(papers: tuple) ->
     for paper in papers:
         for item in paper.items:
             kinds = {papers_page.row_of(check, ROWS).kind for check in item.checks}
-            if item.kind == "predicted" and kinds:
+            if item.kind == "predicted":
                 assert "predicted" in kinds, f"{paper.name}, item {item.number}: {kinds}"
+
+
+TEXTS = os.environ.get("CATHETER_SIM_PAPERS", "")
+
+
+@pytest.mark.skipif(not TEXTS, reason="CATHETER_SIM_PAPERS names no folder with the papers' texts")
+def test_printed_figures_stand_in_the_papers() -> None:
+    """Every figure of the `printed` column, in digits, and the kept table says where."""
+    script = script_module("check_printed")
+    found = list(script.rows(Path(TEXTS)))
+    assert [row for row in found if not row["how"]] == []
+    with script.OUT.open(newline="", encoding="utf-8") as file:
+        assert found == list(csv.DictReader(file))
+
+
+def test_the_kept_table_has_every_printed_figure(papers: tuple) -> None:
+    """Digits and place of each figure that an item prints, in the items' order; none without a place."""
+    script = script_module("check_printed")
+    with script.OUT.open(newline="", encoding="utf-8") as file:
+        kept = list(csv.DictReader(file))
+    printed = sorted(
+        digits for paper in papers for item in paper.items for digits in script.figures(item.printed)
+    )
+    assert sorted(row["figure"] for row in kept) == printed
+    assert all(row["how"] for row in kept)
+
+
+def test_a_figure_is_found_by_its_own_digits_alone() -> None:
+    """1.4 stands neither in 11.4 nor in 1.45; powers of ten as they are typeset; names are no figures."""
+    script = script_module("check_printed")
+    assert script.place("1.4", "11.4 and 1.45\nand -1.4 deg") == 2
+    assert script.place("8.6e-3", "8.6 \\times 10^{-3} N") == 1
+    assert script.place("1.4", "11.4 and 1.45") == 0
+    assert script.figures("Fig. 10 has 9.12 % of Table 3, n = 1; R^2 0.995") == ["9.12", "1", "0.995"]
 
 
 @pytest.mark.parametrize(

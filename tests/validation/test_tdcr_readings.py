@@ -38,7 +38,7 @@ def test_in_lumens_links_need_more_disks_than_arcs() -> None:
     assert arcs.passed
     assert arcs.tolerance == 1.0
     assert links.error > 1.0
-    assert links.kind == "refuted"
+    assert links.kind == "assumed"
 
 
 def test_calibration_lowers_every_error_and_says_that_it_is_a_fit() -> None:

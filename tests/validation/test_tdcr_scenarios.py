@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.validation.spacer_disk import (
+    FAMILIES,
     SETS,
     SIMULATION,
     TIP_FORCES_N,
@@ -17,6 +18,8 @@ from catheter_sim.validation.spacer_disk import (
     benchmark_robot,
     by_links,
     guidelines,
+    scenario_1,
+    scenario_2,
     scores,
     tips,
     write_scores,
@@ -82,3 +85,20 @@ def test_guidelines_say_from_how_many_disks():
     assert "VC from 3 disks" in told[0]
     assert "VC never" in told[1]
     assert "VC 0.2 %" in told[2]
+
+
+def test_all_families_stand_in_the_table_and_solve_all_sets(tmp_path):
+    """Eight more models in both scenarios, each with an error above the reference's own and a time."""
+    by_disks = scenario_1((3,), FAMILIES)
+    by_stiffness = scenario_2((1.0,), FAMILIES, printed_at=())
+    write_scores(by_disks, by_stiffness, tmp_path / "scores.csv")
+    rows = list(csv.DictReader((tmp_path / "scores.csv").open(encoding="utf-8")))
+    for name in FAMILIES:
+        own = [row for row in rows if row["model"] == name]
+        assert [(row["scenario"], row["tip_force"]) for row in own] == [
+            ("1", "none"),
+            ("2", "in plane"),
+            ("2", "across"),
+        ]
+        assert all(row["solved_of_16"] == "16" and float(row["time_ms"]) > 0.0 for row in own)
+        assert all(float(row["e_p_percent"]) > 1e-3 for row in own)

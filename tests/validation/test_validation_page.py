@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
 
 from catheter_sim.validation.lines import Line
 from catheter_sim.validation.report import CHECKS, validate
+from tests.scripts_as_modules import script_module
 
+page_script = script_module("validation_page")
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "truth" / "validation.md").read_text(encoding="utf-8")
 
 
@@ -21,16 +24,25 @@ def rows() -> list[list[str]]:
 
 def shown(line: Line) -> list[str]:
     """Return the cells that the page shows of a line; errors far below a tolerance only in order."""
-    compared = line.published if line.published is not None else line.analytic
-    return [
-        f"{line.robot}: {line.quantity}",
-        "-" if line.ours is None else f"{line.ours:.3g}",
-        "-" if compared is None else f"{compared:.3g}",
-        f"{line.error:.1g} {line.unit}",
-        "-" if line.tolerance is None else f"{line.tolerance:.3g} {line.unit}",
-        line.kind,
-        line.source,
+    return page_script.cells(asdict(line))
+
+
+def test_the_page_is_brought_up_to_a_validation() -> None:
+    """A row is replaced in its place, one is added, one that is gone is kept, or dropped where asked for."""
+    old = Line("robot", "tip", "mm", 0.1, None, "a test", ours=1.0)
+    page = "top\n<!-- validation: lines -->\n| a |\n|---|\n| {} |\n| {} |\n<!-- validation ends -->\n".format(
+        " | ".join(shown(old)), " | ".join(shown(replace(old, quantity="gone")))
+    )
+    lines = [
+        asdict(replace(old, ours=2.0)),
+        asdict(replace(old, quantity="new", kind="predicted", said="more")),
     ]
+    kept = page_script.updated(page, lines, ["new"], drop=False)
+    assert "| robot: tip | 2 | - | 0.1 mm | - | verified | a test |" in kept
+    assert "| robot: new | 1 | more | 0.1 mm | - | predicted | a test |" in kept
+    assert "robot: gone" in kept
+    assert "robot: gone" not in page_script.updated(page, lines, [], drop=True)
+    assert page_script.updated(page, [], [], drop=True) == page
 
 
 @pytest.mark.long

@@ -12,7 +12,7 @@ from page_checks import read_page
 from PIL import Image
 
 from catheter_sim.validation import report
-from catheter_sim.validation.lines import ASSUMED, PREDICTED, Line, Validation
+from catheter_sim.validation.lines import ASSUMED, VERIFIED, Line, Validation
 from catheter_sim.validation.report import CAPTIONS, caption, validation_html
 
 NEAR = Line("chest_tube_section", "tip_x_mm at 5 N", "mm", 0.3, 0.4, "Eq. 9 (fkm_sliding)", 1.0, 1.3, None)
@@ -54,7 +54,7 @@ def test_pictures_of_an_earlier_run_are_left_out(tmp_path: Path, monkeypatch: py
 
     def check(folder: Path) -> Validation:
         Image.new("RGB", (5, 5)).save(folder / "new_shapes.png")
-        return Validation((replace(NEAR, kind=PREDICTED),), ())
+        return Validation((replace(NEAR, kind=VERIFIED),), ())
 
     monkeypatch.setattr(report, "CHECKS", {"chest_tube_section": (check,)})
     report.validate(["chest_tube_section"], tmp_path)

@@ -233,7 +233,7 @@ def check_pair(before: Earlier, after: Dataset) -> None:
     if tuple(earlier.output_channels) != tuple(after.output_channels):
         raise InputError(
             f"{after.folder}: measures {', '.join(after.output_channels)}; the earlier recording "
-            f"{', '.join(earlier.output_channels)}: both need the same outputs"
+            f"{', '.join(earlier.output_channels)}. Both need the same outputs"
         )
 
 

@@ -59,8 +59,8 @@ class ClinicalEnv(TipEnv, Generic[A]):
 
     The rest is done here. An action has the drives' changes first (as in `ReachEnv`: shares of 0.05 of
     a range), then one number for each motion, in shares of what its rate allows in a step. The observation
-    ends with the task's parts, `base`, where the base stands in shares of its motions' ranges, and `force`,
-    the largest force on each region with a limit during the last step, in shares of the limit.
+    ends with the task's parts, `base`, where the base stands in shares of its motions' ranges. Last is
+    `force`, the largest force on each region with a limit during the last step, in shares of the limit.
 
     A region's force is the sum of the normal forces on it, taken at every step of the simulation. Where it
     goes beyond its limit the episode terminates: that is no success, and costs 200. So success, a task done,

@@ -125,19 +125,20 @@ class DeliverEnv(ClinicalEnv[Case]):
     the septum to 40 mm beyond the puncture.
 
     `mitral_4dof` has no proximal torsion. Its distal bending joint makes the turn to the valve, its proximal
-    one takes the torsion's place; the sheath is rolled by a quarter turn to within 10 degrees, and the clip
+    one takes the torsion's place. The sheath is rolled by a quarter turn to within 10 degrees, and the clip
     is mounted with its arms in the plane of that turn (both assumed).
 
     ## The heart
 
-    `procedure.heart.RANGES`: atrium 25 to 30 by 24 to 29 mm (semi-axes) and 54 to 64 mm high, fossa 42 to
-    48 mm above the annulus, semi-axes of the annulus 16 to 20 and 14 to 17 mm, leaflets that meet 4 to 10 mm
-    below it over 4 to 8 mm, their line turned by up to 40 degrees, sheath rolled by 20 to 40 degrees
-    (`mitral_4dof`: 80 to 100). Sources stand there; most is assumed. Wall and leaflets press back by 200 N/m
-    (assumed) under each element of the robot; leaflets give way on their hinges besides. No friction.
+    `procedure.heart.RANGES`: The atrium is 25 to 30 by 24 to 29 mm (semi-axes) and 54 to 64 mm high, the
+    fossa 42 to 48 mm above the annulus. The semi-axes of the annulus are 16 to 20 and 14 to 17 mm. The
+    leaflets meet 4 to 10 mm below it over 4 to 8 mm, their line turned by up to 40 degrees. The sheath is
+    rolled by 20 to 40 degrees (`mitral_4dof`: 80 to 100). Sources stand there; most is assumed. Wall and
+    leaflets press back by 200 N/m (assumed) under each element of the robot; leaflets give way on their
+    hinges besides. No friction.
 
     The flow shakes the tip by a sinusoidal force 70 times a minute (Nayar 2022, Section IV-F), 4.6 to 18.4 mN
-    in amplitude: the paper's tip swung by 0.13 mm, which takes 9.2 mN; from half to twice of that is assumed.
+    in amplitude: the paper's tip swung by 0.13 mm, which takes 9.2 mN. From half to twice of that is assumed.
     Its line lies within 30 degrees of the valve's axis; both, and its phase, are drawn (`procedure.heart`).
 
     ## Observation
@@ -163,19 +164,20 @@ class DeliverEnv(ClinicalEnv[Case]):
 
     ## Reward
 
-    Minus the distance of the implant's middle from where it is wanted in robot lengths, minus a tenth of the
-    whole angle by which it is turned in half turns, minus a tenth of the largest share of a force limit,
-    after each step. A force beyond its limit and a simulation that diverges cost 200.
+    After each step, minus three terms. The first is the distance of the implant's middle from where it is
+    wanted in robot lengths. The second is a tenth of the whole angle by which it is turned in half turns.
+    The third is a tenth of the largest share of a force limit. A force beyond its limit and a simulation
+    that diverges cost 200.
 
     ## Episode
 
-    It terminates with success where the middle of the implant has been within `tolerance_m` of its place
-    between the leaflets (centred on their gap and at the planned depth) and turned from it by at most
-    `angle_deg` after each of 9 steps in a row, one whole beat, and no force was ever beyond its limit;
-    without success where one is, or where the simulation diverges. The registered environments are truncated
-    after 200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit, on the wall and on
-    each plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0) takes 40 g of a
-    catheter's tip on the wall for excessive; of leaflets it is assumed.
+    It terminates with success after 9 steps in a row, one whole beat, in which the implant was held. After
+    each its middle is within `tolerance_m` of its place between the leaflets (centred on their gap and at
+    the planned depth), and turned from it by at most `angle_deg`. No force may ever be beyond its limit. It
+    terminates without success where one is, or where the simulation diverges. The registered environments
+    are truncated after 200 steps (20 s). 1 mm and 3 degrees are the procedure's own measure. The limit,
+    on the wall and on each plate of a leaflet, is 0.39 N: Matsuda 2016 (doi 10.1007/s00380-015-0763-0)
+    takes 40 g of a catheter's tip on the wall for excessive. Of leaflets it is assumed.
 
     ## Reset
 
@@ -183,10 +185,10 @@ class DeliverEnv(ClinicalEnv[Case]):
     `procedure.plan.Case`, of `procedure.plan.random_case`, which takes given numbers.
 
     `info` of `reset` and `step`: that of the other tasks (`tip_mm`, `target_mm` and so on, true, sheath's
-    frame), `force_N` and `peak_force_N` by region, `pressed_too_hard`, `insertion_mm`, and `centring_mm`,
-    `depth_mm` (of the implant's middle across the valve's axis, and along it beyond its place), `tilt_deg`,
-    `turn_deg` (of its axis, and about it), `angle_deg` (the whole), `beat_deg`, `flow_N` (on the tip now,
-    shape (3,)).
+    frame), `force_N` and `peak_force_N` by region, `pressed_too_hard`, `insertion_mm`. Of the implant
+    `centring_mm`, `depth_mm` (of its middle across the valve's axis, and along it beyond its place),
+    `tilt_deg`, `turn_deg` (of its axis, and about it), `angle_deg` (the whole). Of the flow `beat_deg`,
+    `flow_N` (on the tip now, shape (3,)).
 
     ## Arguments
 

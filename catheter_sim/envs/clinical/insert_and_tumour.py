@@ -43,22 +43,24 @@ class InsertEnv(ClinicalEnv[Chest]):
 
     `ChestTubeInsert-v0` is the full robot of chest_tube_2025, 375 mm of three sections, in its MuJoCo
     simulation with the rods' friction and its effects; 0.1 s a step. It lies in a straight guide outside the
-    skin, its tip at the skin, and is pushed through a dissected channel in the chest wall, 26.6 to 80.2 mm
-    thick (chest_tube_2025, Section II.B), into the pleural space, where a large effusion has pushed the lung
-    away by 65 to 80 mm. There it has to turn toward the apex: the aspiration point lies 90 to 125 mm from the
-    channel's axis, 36 to 44 mm under the wall. `anatomy.anatomies` has all numbers, their ranges and sources.
+    skin, its tip at the skin. It is pushed through a dissected channel in the chest wall, 26.6 to 80.2 mm
+    thick (chest_tube_2025, Section II.B), into the pleural space. There a large effusion has pushed the
+    lung away by 65 to 80 mm. There it has to turn toward the apex: the aspiration point lies 90 to 125 mm
+    from the channel's axis, 36 to 44 mm under the wall. `anatomy.anatomies` has all numbers, their ranges
+    and sources.
 
     ## Action
 
     `Box(-1, 1, (10,), float32)`: changes of the eight tension drives, in shares of 0.05 of their ranges (the
-    rods' ranges as in `ChestTubeReach-v0`, but for 3 rad: 89 and 100 N), then the insertion, 3 mm a step at
+    rods' ranges as in `ChestTubeReach-v0`, but for 3 rad: 89 and 100 N). Then the insertion, 3 mm a step at
     full action, from 0 to 250 mm, and the roll at the skin, 3 deg a step, +-60 deg.
 
     ## Observation
 
     A flat `Box` of float32; `layout` maps names to slices. First `target`, the aspiration point, then what
-    `ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame: origin where the channel opens
-    into the pleural space, z along it inward, x toward the apex, the bending direction before the roll. Then
+    `ReachEnv` shows of the robot (`tip` to `bend`), in the entry frame. Its origin is where the channel
+    opens into the pleural space, z along it inward, x toward the apex, the bending direction before the
+    roll. Then
 
     | part | size | what | unit |
     |---|---|---|---|
@@ -82,8 +84,8 @@ class InsertEnv(ClinicalEnv[Chest]):
     ## Episode
 
     It starts at rest, all drives slack. It terminates with success when the tip comes within `tolerance_m` of
-    the aspiration point (10 mm, assumed: about the tube's own diameter of 9.3 mm), and without it where a
-    limit is passed or the simulation diverges. It is truncated after 200 steps (20 s).
+    the aspiration point (10 mm, assumed: about the tube's own diameter of 9.3 mm). It ends without success
+    where a limit is passed or the simulation diverges. It is truncated after 200 steps (20 s).
 
     ## Reset
 
@@ -186,16 +188,17 @@ class TumourEnv(ClinicalEnv[Ventricles]):
     `NeuroendoscopeTumour-v0` is the robot of Kato 2016, 120 mm of two sections, in its MuJoCo simulation with
     tendon friction and its effects; 0.1 s a step. It lies in a straight sheath that was put through a
     precoronal burr hole and the frontal lobe into the lateral ventricle (the approach of Kato 2016,
-    Introduction), its tip at the sheath's end, and is pushed out of it. The way to the tumour is an arc of 47
-    to 57 mm that turns by 40 to 60 deg: through the lateral ventricle, the foramen of Monro and the third
-    ventricle. `anatomy.anatomies` has all its numbers, their ranges and sources.
+    Introduction). Its tip is at the sheath's end, and it is pushed out of it. The way to the tumour is an
+    arc of 47 to 57 mm that turns by 40 to 60 deg: through the lateral ventricle, the foramen of Monro and
+    the third ventricle. `anatomy.anatomies` has all its numbers, their ranges and sources.
 
     ## Action
 
-    `Box(-1, 1, (6,), float32)`: changes of the four tension drives, in shares of 0.05 of their ranges (distal
-    0.61 N, proximal 0.74 N: 3 rad of a section without friction; Kato 2016 articulates with up to 0.65 N),
-    or with `action_type="displacement"` (`(4,)`) of the two bends asked for; then the insertion, 2 mm a step
-    at full action, from 0 to 75 mm, and the roll of the robot at the burr hole, 3 deg a step, +-60 deg.
+    `Box(-1, 1, (6,), float32)`: changes of the four tension drives, in shares of 0.05 of their ranges.
+    (These are distal 0.61 N, proximal 0.74 N: 3 rad of a section without friction. Kato 2016 articulates
+    with up to 0.65 N.) Or with `action_type="displacement"` (`(4,)`) of the two bends asked for. Then the
+    insertion, 2 mm a step at full action, from 0 to 75 mm, and the roll of the robot at the burr hole, 3
+    deg a step, +-60 deg.
 
     ## Observation
 
@@ -215,8 +218,8 @@ class TumourEnv(ClinicalEnv[Ventricles]):
 
     Walls and tumour press back with 25 N/m under each cell (assumed: a flat punch of the robot's radius on a
     half-space of 5.5 kPa), without friction. Each of the four regions bears 24.2 mN, the sum of the normal
-    forces on it: 20 mmHg on the tip's face, the pressure under a retractor up to which no damage was found
-    (Rosenoern and Diemer 1985, doi 10.3171/jns.1985.63.4.0608). The sheath is no tissue.
+    forces on it. That is 20 mmHg on the tip's face, the pressure under a retractor up to which no damage
+    was found (Rosenoern and Diemer 1985, doi 10.3171/jns.1985.63.4.0608). The sheath is no tissue.
 
     ## Reward
 

@@ -200,6 +200,7 @@ FORMS = (
         name="slew",
         law="|y'| is at most a limit: a motor at its top speed",
         purpose="judge",
+        learnt=True,
         command=_slow,
     ),
     _ZERO,

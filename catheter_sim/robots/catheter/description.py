@@ -188,7 +188,7 @@ def hinge_heights_m(segment: CatheterSegment) -> Array:
     """Return the heights of a bending segment's hinges above its base end, shape (rings + 1,) [m].
 
     Evenly spaced, the ends so that the mean square of the turn about the joint's middle is the arc's,
-    1/12 of the squared bend: the chords of chain and arc then differ by the bend's fourth power.
+    1/12 of the squared bend. The chords of chain and arc then differ by the bend's fourth power.
     """
     gaps = segment.rings + 1
     inner = float(((np.arange(1, gaps) / gaps - 0.5) ** 2).mean())
@@ -472,11 +472,10 @@ Joints = tuple[tuple[str, str], ...]  # a pair's name, and its segment's
 def handles(robot: CatheterRobot) -> tuple[Handle, ...]:
     """Return the places at which causes may act.
 
-    Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale;
-    its statics carry a mount that gives way beside springs alone, and a load on the tip beside springs that
-    may rub, but beside no law that was measured, and a search with it would take a quarter of an hour; and
-    inextensible tendons move their joints whether they rub
-    or not.
+    Its joints' angles follow its tendons' lengths, so that an elastic law does nothing else than its scale.
+    Its statics carry a mount that gives way beside springs alone. They carry a load on the tip beside
+    springs that may rub, but beside no law that was measured. A search with it would take a quarter of an
+    hour. And inextensible tendons move their joints whether they rub or not.
     """
     bending = bent_by(robot)
     tubes = tuple((item.name, item.stroke_m) for item in robot.segments if item.joint == "prismatic")

@@ -115,8 +115,8 @@ class TorsionPairs(Law):
     """The wrapped tendons of the torsion joints.
 
     With the displacement d, the pair's stiffness k and Eq. 6 of Nayar 2022 as the odd function
-    l(theta) of the angle, the pair turns the joint with the moment k (d - l) dl/dtheta. It holds the
-    joint from both sides: the antagonist, which Eq. 6 leaves too short where the wrap has a height, is
+    l(theta) of the angle, the pair turns the joint with the moment k (d - l) dl/dtheta. It holds the joint
+    from both sides. The antagonist, which Eq. 6 leaves too short where the wrap has a height, is
     taken to give way by just what it lacks, and to be taut at the angle of Eq. 7. Before each step the
     joint's actuator is made the tangent of that law, so that the integrator knows its stiffness.
 
@@ -633,7 +633,7 @@ class TubeArrays(NamedTuple):
 
     Attributes:
         places: in MuJoCo: the hinges' positions toward x and y, at the exit and at the inlet, the slide's,
-            the twist's; the slide's degree of freedom, its actuator, the springs against the whole bend
+            the twist's. The slide's degree of freedom, its actuator, the springs against the whole bend
             and against skew, two each, shape (12,).
         curvature: at rest, toward x and y, shape (2,) [1/m].
         beyond_m: length of what the tube carries.

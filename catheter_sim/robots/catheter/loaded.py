@@ -83,8 +83,8 @@ def _cross(a, b, out):
 def moment_rows(axis, place, centre, after, mass, force, moment, gravity, lever, turns, torque, slopes):
     """Write the load's moments about hinges at each of m rows (m, h) [N m], and their slopes (m, h, h).
 
-    Axes (m, h, 3), places with the tip (m, h + 1, 3); of the n elements centres of mass (m, n, 3), how many
-    hinges come before each, and mass; force and moment on the tip (m, 3), gravity (3,); SI units. `lever` and
+    Axes (m, h, 3), places with the tip (m, h + 1, 3). Of the n elements centres of mass (m, n, 3), how many
+    hinges come before each, and mass. Force and moment on the tip (m, 3), gravity (3,). SI units. `lever` and
     `turns`, (2, h, 3) each, are overwritten.
     """
     rows, count = axis.shape[:2]

@@ -1,4 +1,4 @@
-"""What a catheter looks like: rings, modules and implant, what is drawn of it, and its centreline."""
+"""What a catheter looks like: rings, modules and implant, what is drawn of it, and its axis."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ import numpy as np
 import trimesh
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.posture import Posture
-from catheter_sim.mechanics.arcs import arc_end
 from catheter_sim.mjcf.document import Element
 from catheter_sim.mjcf.names import link
 from catheter_sim.mjcf.parts import SEEN, Part, add_mesh, add_site
@@ -31,10 +29,8 @@ from catheter_sim.mjcf.solids import (
 )
 from catheter_sim.robots.catheter.description import (
     elements,
-    hinge_counts,
     hinge_heights_m,
     ring_length_m,
-    turning,
 )
 from catheter_sim.robots.catheter.spec import CatheterRobot, CatheterSegment
 
@@ -84,6 +80,9 @@ def pieces(robot: CatheterRobot) -> list[VisualPiece]:
 # Both mitral papers open it with a tendon that is pulled by hand and print neither its shape nor how it
 # moves. Assumed, as in clips for edge-to-edge repair: a post on a foot, two arms hinged at the post's far
 # end that open backward, so that leaflets come to lie between arms and post; sizes, angle and stiffness.
+# Its length is printed: 13 mm (Nayar 2022, Section I). The rigid end is 20 mm, of which the two modules of
+# the torsion joint are 6 and 4.5 mm (abstract, Table I): 9.5 mm of the implant stand free, and 3.5 mm of it
+# must lie inside the holder, where they are not drawn.
 #
 # In the model, where the last segment is a torsion joint: bodies and hinges `implant_pos` and `implant_neg`
 # (toward the tool's +x and -x), the site `implant` in the middle of the clip, and the actuator `implant`,
@@ -92,12 +91,12 @@ def pieces(robot: CatheterRobot) -> list[VisualPiece]:
 
 ACTUATOR = "implant"
 ARMS = {"implant_pos": 1.0, "implant_neg": -1.0}  # bodies and hinges, and the side of the post
-IMPLANT_M = 9.5e-3  # free length; assumed
+IMPLANT_LENGTH_M = 13e-3  # Nayar 2022, Section I
+IMPLANT_M = 9.5e-3  # free length: 20 mm less 6 and 4.5 mm (Nayar 2022, abstract and Table I)
 OPEN_RAD = math.radians(60.0)  # of each arm from the post; assumed, of clips that open to 120 deg
 SERVO_N_M_PER_RAD = 2e-2  # assumed: half a newton at an arm's end that a leaflet keeps 10 deg open
 COUPLING_N_M_PER_RAD = 5.0 * SERVO_N_M_PER_RAD  # between the arms; assumed
 COLOUR: Colour = (0.90, 0.70, 0.32, 1.0)
-_HOLDER_M = 5.5e-3  # most of a holder's solid part; assumed
 _WIDTH = 0.62  # half width of the arms along y, over the outer radius
 _POST = 0.10  # half thickness of the post, over the outer radius
 _HINGE = (0.13, 0.95)  # x over the outer radius, z over the implant's length
@@ -112,8 +111,12 @@ def has_implant(robot: CatheterRobot) -> bool:
 
 
 def holder_length_m(robot: CatheterRobot) -> float:
-    """Return how much of the last module is solid, below the implant's foot [m]."""
-    return min(robot.segments[-1].length_m, _HOLDER_M)
+    """Return how much of the last module is solid, below the implant's foot [m].
+
+    A module that is longer than the free implant ends where the implant does.
+    """
+    length = robot.segments[-1].length_m
+    return length - IMPLANT_M if length > IMPLANT_M else length
 
 
 def hinge_place_m(robot: CatheterRobot, side: float) -> tuple[float, float, float]:
@@ -393,47 +396,13 @@ def _wrapped(segment: CatheterSegment, sign: float, solid: float) -> trimesh.Tri
 
 
 # ----------------------------------------------------------------------------------------------------
-# What is drawn of a catheter, and where its centreline is.
+# What is drawn of a catheter, and which parts lie about its axis.
 #
-# Its rings and modules are round about its axis; its exposed tube is no geom, and not looked at.
+# Its rings and modules are round about its axis; its exposed tube is no geom.
 
 CENTRELINE_PARTS: tuple[str, ...] = (RING_PREFIX, MODULE_PREFIX, BASE_PREFIX)
-_ARC_POINTS = 40  # on a bending joint
-
-
-def centreline(robot: CatheterRobot, posture: Posture) -> Array:
-    """Return the straight pieces' ends and points on the bending joints' arcs, shape (n, 3) [m].
-
-    The axis ends where what is drawn of the last module does: a holder that houses its implant is
-    drawn shorter than it is long.
-    """
-    last_face = {part.segment: number for number, part in enumerate(elements(robot))}
-    bends = dict(zip((item.name for item in turning(robot)), _bends(robot, posture), strict=True))
-    place, R = np.zeros(3), np.eye(3)
-    points = [np.array([0.0, 0.0, base_bottom_m(robot)]), place]
-    for index, segment in enumerate(robot.segments):
-        if segment.joint == "bending":
-            bend = np.zeros(2)
-            bend["xy".index(segment.bends_toward)] = bends[segment.name]
-            shares = np.arange(1, _ARC_POINTS + 1) / _ARC_POINTS
-            steps, turns = arc_end(shares[:, np.newaxis] * bend, shares * segment.length_m)
-            points += [place + R @ step for step in steps]
-            place, R = points[-1], R @ turns[-1]
-            continue
-        place, R = posture.p_w[last_face[index]], posture.R_w[last_face[index]]
-        points.append(place)
-    hidden = robot.segments[-1].length_m - solid_length(robot, len(robot.segments) - 1)
-    if robot.segments[-1].joint != "bending":
-        points[-1] = place - hidden * R[:, 2]
-    return np.array(points)
 
 
 def geom_places(robot: CatheterRobot, model: mujoco.MjModel) -> Array:
     """Return where the model's geoms stand in their bodies, shape (ngeom, 3) [m]."""
     return model.geom_pos.copy()
-
-
-def _bends(robot: CatheterRobot, posture: Posture) -> list[float]:
-    """Return the angles of the joints that have one, base to tip [rad]."""
-    ends = np.cumsum(hinge_counts(robot))[:-1]
-    return [float(part.sum()) for part in np.split(posture.joint_angles, ends)]

@@ -35,6 +35,7 @@ HALF_GAP_M = 0.52e-3  # Table I: t
 RIM_RADIUS_M = HALF_GAP_M / math.tan(math.radians(264.0) / (2 * (RINGS + 1)))  # Section II-A
 BENDING_STIFFNESS_N_M_PER_RAD = 5.6e-3  # assumed: of the two wires and the tube together
 LUMEN_RADIUS_M = 0.95e-3  # Table I: ID 1.9 mm
+RIGID_END_M = 20e-3  # abstract and Section I: "a rigid distal end length of 20 mm"
 # 2023
 CROSSED_HALF_GAP_M = 0.69e-3  # Section III-C: t
 CROSSED_ARM_M = 2.1e-3  # Section III-C: a_b
@@ -227,6 +228,32 @@ def mitral_transseptal_tube() -> CatheterRobot:
     )
 
 
+def mitral_transseptal_rigid_end() -> CatheterRobot:
+    """Return the catheter of Nayar 2022 as measured, its tip at the end of the rigid end of 20 mm.
+
+    The nominal robot reads Table I's modules as link lengths: dt = 6 mm and h = 4.5 mm, 10.5 mm in all.
+    The paper prints a rigid distal end of 20 mm (abstract, Section I), and its tool frame {F6} "is attached
+    to the end tip of the robot". Where on the holder the tracker sat is not printed: that the measured point
+    is the end of the 20 mm is inferred.
+    """
+    tube = mitral_transseptal_tube()
+    module = next(part for part in tube.segments if part.name == "advance")
+    return replace(
+        tube,
+        name="mitral_transseptal@rigid_end",
+        description="mitral-valve catheter of Nayar 2022 as measured, its tip at the end of the rigid 20 mm",
+        segments=tuple(
+            replace(part, length_m=RIGID_END_M - module.length_m) if part.name == "torsion_distal" else part
+            for part in tube.segments
+        ),
+        sources={
+            **tube.sources,
+            "segments.torsion_distal.length_mm": "Nayar 2022, abstract: rigid end of 20 mm, less the bottom "
+            "module's 6 mm; assumed: the measured point is its end",
+        },
+    )
+
+
 def mitral_4dof_elongation() -> CatheterRobot:
     """Return the catheter of Nayar 2023 with its stretching tendons and its joints' measured resistance."""
     pairs = {
@@ -344,7 +371,7 @@ def tube_stiffness_N_m2() -> float:
     """Return the bending stiffness EI of the quadlumen tube [N m^2].
 
     0.12e-3: below the 0.18e-3 that Nayar 2023, Algorithm 2, leaves for everything in the proximal joint (its
-    tension's slope, 0.18 N/deg at 2.1 mm, over 8.52 mm), as it must be; 0.56e-3 is what the two figures
+    tension's slope, 0.18 N/deg at 2.1 mm, over 8.52 mm), as it must be. 0.56e-3 is what the two figures
     behind `mitral_transseptal@tube` ask for.
     """
     lumen = math.pi / 64.0 * LUMEN_DIAMETER_M**4 + math.pi / 4.0 * (LUMEN_DIAMETER_M * LUMEN_OFFSET_M) ** 2
@@ -452,6 +479,7 @@ PUBLISHED: tuple[Published, ...] = (
         _UNCERTAIN,
     ),
     Published("mitral_transseptal@tube", mitral_transseptal_tube, uncertain=_UNCERTAIN),
+    Published("mitral_transseptal@rigid_end", mitral_transseptal_rigid_end, uncertain=_UNCERTAIN),
     Published(
         "mitral_4dof",
         mitral_4dof,

@@ -49,7 +49,7 @@ def batch_joints(
     """Return what each pair's joint does along each robot's own inputs, before any load moves it.
 
     It is `pure`'s, or `balance`'s if it must be: angles [rad] and advances [m] (B, r, t), tensions (B, r, t)
-    [N], and how far the mount has given way (B, r) [m]; NaN of a robot that one of its rows leads beyond what
+    [N], and how far the mount has given way (B, r) [m]. NaN of a robot that one of its rows leads beyond what
     its joints or the model can do.
     """
     first = robots[0]

@@ -52,8 +52,9 @@ def _along_arc(bend_x, bend_y, length, lead, share, force):
 def find_generalised_load(bend, length, lead, count, weight, tip_force, tip_moment, frames, out):
     """Set `out` (2S,) to the power of the loads per rate of each bend component [N m].
 
-    Args: bend (2S,); length, lead (S,); count (S,) disks; weight (S, 4) of each disk, and how far before the
-    disk it acts, of a subsegment; tip_force, tip_moment (3,); frames (S + 1, 3, 3) working space.
+    - bend (2S,), length and lead (S,), count (S,) of disks.
+    - weight (S, 4) of each disk, and how far before the disk it acts, of a subsegment.
+    - tip_force, tip_moment (3,), frames (S + 1, 3, 3) working space.
     """
     segments = len(length)
     for i in range(3):
@@ -179,7 +180,7 @@ class ArcRobot(NamedTuple):
 def path_of_cells(bx, by, arm_x, arm_y, length, cells, share):
     """Return how much shorter a bend makes a straight tendon's path over a chain's cells, and its slopes.
 
-    From the hole before a hinge, at (d, -a) from it, to the hole beyond, at (d, b) and turned by q: of the
+    From the hole before a hinge, at (d, -a) from it, to the hole beyond, at (d, b) and turned by q. Of the
     square, a^2 + b^2 + 2 d^2 - 2 (d^2 - a b) cos q - 2 d (a + b) sin q.
 
     Args: bend (bx, by); arm (arm_x, arm_y) [m]; length of all cells; their number; where the hinge stands.
@@ -252,11 +253,14 @@ def let_slip(x, robot):
 def balance(x, robot, by_tension, inputs, anchor, smooth, work, state, sloped, derivative):
     """Set what the unknowns `x` (2S + 1,) leave over [rad], and its derivative; return the largest of it.
 
-    Args: inputs: command (T,), tip force and moment (3,); anchor (T, S)
-    path at which each tendon would not slip; smooth: width of stretch [m] over which a tendon becomes
-    taut, 0 for at once; work: working space, its last array where the derivative of the loads' part was
-    worked out, which serves near there (NaN: nowhere yet); state, set: span, slip (T, S), tension
-    (T,), residual (2S + 1,); sloped: whether the derivative is wanted; derivative, set: (2S + 1, 2S + 1).
+    - inputs: command (T,), tip force and moment (3,).
+    - anchor (T, S): path at which each tendon would not slip.
+    - smooth: width of stretch [m] over which a tendon becomes taut, 0 for at once.
+    - work: working space, its last array where the derivative of the loads' part was worked out, which
+      serves near there (NaN: nowhere yet).
+    - state, set: span, slip (T, S), tension (T,), residual (2S + 1,).
+    - sloped: whether the derivative is wanted.
+    - derivative, set: (2S + 1, 2S + 1).
     """
     length, k0, c3, c5, rest, free, arm, chord, stiffness, pretension, at_rest, mu, compliance = robot[:13]
     count, weight = robot.disks, robot.weight
@@ -477,9 +481,8 @@ def find_beside(x, robot, by_tension, inputs, anchor, slope, exchanged, work, ne
 def find_equilibrium(x, robot, by_tension, inputs, anchor, patient, work, newton, state):
     """Move `x` to the balance next to it; return what is left over there [rad].
 
-    Where Newton's method goes to and fro between tendons that are slack and taut, it starts again, if
-    `patient`, with tendons that become taut little by little, and less and less so, while that leads
-    somewhere.
+    Newton's method may go to and fro between tendons that are slack and taut. If `patient`, it then starts
+    again with tendons that become taut little by little, and less and less so, while that leads somewhere.
     """
     begin = newton[3]
     copy(x, begin)
@@ -620,9 +623,9 @@ def solve_histories(robots, free, disks, by_tension, inputs, every, results):
 
     Args:
         robots: length (B, S), stiffness k0 [N m/rad] and c3, c5 of the law in the bend (B, S), rest
-            (B, S, 2), arm (B, T, S, 2), chord (B, T, S), tendons' stiffness and stretch by their
-            pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 4), cells, share and lead
-            (B, S), plastic (B, S, 2).
+            (B, S, 2), arm (B, T, S, 2), chord (B, T, S). Then tendons' stiffness and stretch by their
+            pretension (B, T), mu, base compliance (B,), weight of each disk (B, S, 4). Then cells, share
+            and lead (B, S), plastic (B, S, 2).
         free: which bends are free, (S, 2).
         disks: of each segment, (S,).
         by_tension: what the commands are.

@@ -2,23 +2,23 @@
 
 Unknowns of one robot: the bend vector b of each segment and the shift z of the base along -z.
 With the path of tendon t in segment s shortened by d_ts(b), its stretch is
-e_t = u_t + p_t/k_t - sum_s (d_ts(b) - d_ts(rest)) - z, since displacements count from the unloaded robot, its
-tension at the base T_t = k_t max(e_t, 0) (a tendon cannot push), and the balance of segment s reads
+e_t = u_t + p_t/k_t - sum_s (d_ts(b) - d_ts(rest)) - z, since displacements count from the unloaded robot.
+Its tension at the base T_t = k_t max(e_t, 0) (a tendon cannot push), and the balance of segment s reads
 
     L-averaged elastic moment(b_s) - sum_t T_ts grad d_ts = generalised load,    z = c sum_t T_t.
 
 **Dry friction** (capstan, Coulomb). Behind a turn F the tension lies in [T e^-mu F, T e^+mu F]. For
 each tendon and segment F is the turn from the base to the middle of the segment, and
-T_ts = T_t (cosh mu F - x sinh mu F) with x in [-1, 1]: x = 1 while the path shortens (the tendon is
+T_ts = T_t (cosh mu F - x sinh mu F) with x in [-1, 1]. There x = 1 while the path shortens (the tendon is
 pulled through), -1 while it grows. x follows the path like an elastic-plastic spring (backward
 Euler, return mapping): x = clip(x_old + (d - d_old)/PRE_SLIDING, -1, 1), so that a stuck tendon
 stays stuck and a reversal runs through the whole interval.
 
 The generalised load is that of weights at the disks and of a force and a moment on the tip, all of
 fixed direction in the base frame (virtual work). Beside a segment's elastic law may act an elastic-plastic
-part (Prandtl's element, L. Prandtl, ZAMM 8, 1928): of h times the stiffness, it carries h k0 e, where e
+part (Prandtl's element, L. Prandtl, ZAMM 8, 1928). Of h times the stiffness, it carries h k0 e, where e
 follows the bend as far as |e| = e_y and slips from there on, in the direction of the bend (return mapping).
-The rows of a robot with friction or such a part are marched one by one; without, a row's equilibrium does
+The rows of a robot with friction or such a part are marched one by one. Without, a row's equilibrium does
 not depend on others, unless there are several: then the one near the row before is found. Solved in
 compiled loops (`arc_kernels`).
 """

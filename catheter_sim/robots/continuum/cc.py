@@ -8,7 +8,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.mechanics.compiled import compiled
-from catheter_sim.robots.continuum.rods import RodProblem
+from catheter_sim.robots.continuum.rods import RodProblem, middles
 
 # ----------------------------------------------------------------------------------------------------
 # Disks on chains of arcs, rows of tensions at once: the closed form of CC, compiled.
@@ -89,7 +89,7 @@ def disks_on_arcs(per_tension: Array, tension: Array, length: Array, p: Array, R
 def bend_per_tension(rod: RodProblem) -> Array:
     """Return each subsegment's unknowns (bend toward +x, +y, twist) per tension, shape (t, n, 3) [rad/N]."""
     runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]
-    bent = runs[:, :, None] * rod.hole_m[:, None, :] * (rod.length_m / rod.bending_N_m2)[:, None]
+    bent = runs[:, :, None] * middles(rod) * (rod.length_m / rod.bending_N_m2)[:, None]
     bent[:, rod.planar, 1] = 0.0
     return np.concatenate([bent, np.zeros((*runs.shape, 1))], axis=2)
 

@@ -1,21 +1,22 @@
 """The static model CC: every segment bends in one arc of constant curvature.
 
-Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Sections 3.2.1 and 5.2.2): a segment's curvature
-follows from the moment of its tendons, each running parallel to the backbone at its distance, so
-that a bend b shortens its path by arm . b. Where holes turn about the backbone, the moment turns with them:
-the curvature is constant in a frame that turns along, and the segment is a helix (exact without load and
-with the rest curvature's mean in that frame). Here the same two unknowns per segment also carry
-tendons driven by displacement that stretch and go slack, pretension, a mount that gives way,
-a cubic and quintic elastic law, rest curvature and twist, dry friction with history, and the
-generalised force of weight and tip load (virtual work on arcs: exact for the shape assumed; a
-loaded backbone is no arc, so that loads are where this model errs).
+Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Sections 3.2.1 and 5.2.2): a segment's curvature follows
+from the moment of its tendons. Each runs parallel to the backbone at its distance, so that a bend b
+shortens its path by arm . b. Where holes turn about the backbone, the moment turns with them. The
+curvature is constant in a frame that turns along, and the segment is a helix (exact without load and with
+the rest curvature's mean in that frame). Here the same two unknowns per segment also carry tendons driven
+by displacement that stretch and go slack, pretension, a mount that gives way. They carry a cubic and
+quintic elastic law, rest curvature and twist, dry friction with history. They carry the generalised force
+of weight and tip load, by virtual work on arcs. That is exact for the shape assumed. A loaded backbone is
+no arc, so that loads are where this model errs.
 
 `straight_between_disks` adds what a tendon that runs straight from disk to disk gains over one held
-everywhere: over a subsegment of length h bent by t the chord is shorter by h t^2 / 24 for an arc
-and, for a chain of K hinges per subsegment at the middles of equal links, by h t^2 / 24 (1 + 2 / K^2), to
-second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated chain.
-Where a segment says where its hinges stand (`hinge_share`), the path is that of a chain exactly, and its arc
-begins by so much farther up as its hinges stand above the middles, and the disks as much farther down.
+everywhere. Over a subsegment of length h bent by t the chord is shorter by h t^2 / 24 for an arc. It is
+shorter, for a chain of K hinges per subsegment at the middles of equal links, by h t^2 / 24 (1 + 2 / K^2),
+to second order in t (`layout.hinge_places`). With it the model is the analytic twin of the simulated
+chain. Where a segment says where its hinges stand (`hinge_share`), the path is that of a chain exactly.
+Its arc begins by so much farther up as its hinges stand above the middles, and the disks as much farther
+down.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from catheter_sim.core.statics import StaticRun
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import ArcLoads, ArcRobots, ArcStates, solve_rows
-from catheter_sim.robots.continuum.description import axes_of, disks
+from catheter_sim.robots.continuum.description import axes_of, disks, routing, winds_or_converges
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 
 MODEL = "CC"
@@ -152,22 +153,45 @@ def _arms(robot: ContinuumRobot, straight_between_disks: bool) -> Array:
     """Return each tendon's hole position in the middle of each segment, zero beyond its end, (t, s, 2) [m].
 
     A tendon that is straight between disks whose holes are turned passes nearer to the backbone. Where a
-    segment bends in one plane, the mean of the hole's position shortens the path.
+    segment bends in one plane, the mean of the hole's position shortens the path. Of a tendon that winds or
+    converges it is the mean along the segment, so that small bends are right.
     """
     result = np.zeros((len(robot.tendons), len(robot.segments), 2))
     turned = 0.0
     runs = _runs(robot)
     angle = np.array([item.angle_rad for item in robot.tendons])
     radius_m = np.array([item.radius_m for item in robot.tendons])
+    routed = winds_or_converges(robot)
     for s, segment in enumerate(robot.segments):
         half = 0.5 * _hole_turn(segment)
         nearer = math.cos(half / disks(robot, segment)) if straight_between_disks else 1.0
         if segment.bending_axes != "xy":
             nearer = float(np.sinc(half / math.pi))
         toward = np.stack([np.cos(angle + turned + half), np.sin(angle + turned + half)], axis=1)
-        result[:, s] = np.where(runs[:, s, None], nearer * radius_m[:, None] * toward, 0.0)
+        mean = radius_m[:, None] * toward
+        if routed:
+            mean = _mean_holes(robot, s, turned + half, straight_between_disks)
+        result[:, s] = np.where(runs[:, s, None], nearer * mean, 0.0)
         turned += 2.0 * half
     return result
+
+
+def _mean_holes(robot: ContinuumRobot, index: int, turned: float, straight_between_disks: bool) -> Array:
+    """Return the tendons' holes, `turned` about the backbone [rad], averaged over a segment, (t, 2) [m].
+
+    The mean of straight spans' middles, or of a path beside the backbone by Gauss's rule.
+    """
+    start = sum(item.length_m for item in robot.segments[:index])
+    count = disks(robot, robot.segments[index])
+    at, weight = np.polynomial.legendre.leggauss(8)
+    if straight_between_disks:
+        at, weight = np.linspace(-1.0, 1.0, count + 1), np.full(count + 1, 2.0 / count)
+        weight[[0, -1]] *= 0.5
+    heights = start + 0.5 * (1.0 + at) * robot.segments[index].length_m
+    own = [[routing(robot, item, z) for z in heights] for item in robot.tendons]
+    radius, angle = np.moveaxis(np.array(own).reshape(-1, len(at), 2), 2, 0)
+    places = radius[..., None] * np.stack([np.cos(angle + turned), np.sin(angle + turned)], axis=2)
+    return np.asarray(0.5 * np.einsum("q,tqi->ti", weight, places))
 
 
 def drive_stiffness(robot: ContinuumRobot, tendon: Tendon) -> float:

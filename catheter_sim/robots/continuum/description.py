@@ -141,7 +141,7 @@ def pieces(robot: ContinuumRobot) -> list[Piece]:
     """Return what lies below the first hinge (the first piece), and what each link carries.
 
     With masses "along" the robot a piece reaches from its own hinge to the next one, so that all together
-    have the mass, the centre and the second moments of the unbent robot; with "faces" each link carries the
+    have the mass, the centre and the second moments of the unbent robot. With "faces" each link carries the
     mass of the length that its hinge stands for, in the middle of its distal face, and nothing is below.
     """
     row = links(robot)
@@ -223,11 +223,43 @@ def disk_heights(robot: ContinuumRobot) -> np.ndarray:
 
 def hole_angle_rad(robot: ContinuumRobot, tendon: Tendon, height_m: float) -> float:
     """Return the angle of a tendon's hole about +z at a height, with the segments' rest twist [rad]."""
-    angle, z = tendon.angle_rad, 0.0
+    angle, z = routing(robot, tendon, height_m)[1], 0.0
     for segment in robot.segments:
         angle += segment.rest_twist_rad_per_m * min(max(height_m - z, 0.0), segment.length_m)
         z += segment.length_m
     return angle
+
+
+def hole_xy_m(robot: ContinuumRobot, tendon: Tendon, height_m: float) -> tuple[float, float]:
+    """Return where a tendon's hole is in a disk at a height of the straight robot, in its frame [m]."""
+    radius, _ = routing(robot, tendon, height_m)
+    angle = hole_angle_rad(robot, tendon, height_m)
+    return radius * math.cos(angle), radius * math.sin(angle)
+
+
+def routing(robot: ContinuumRobot, tendon: Tendon, height_m: float) -> tuple[float, float]:
+    """Return a tendon's distance from the backbone [m] and its angle, without rest twist [rad], at a height.
+
+    From the base to where it ends the distance goes from `radius_m` to `end_radius_m`, and the angle by
+    `turn_rad`, both evenly.
+    """
+    along = height_m / _end_m(robot, tendon)
+    farther = (tendon.end_radius_m or tendon.radius_m) - tendon.radius_m
+    return tendon.radius_m + along * farther, tendon.angle_rad + along * tendon.turn_rad
+
+
+def _end_m(robot: ContinuumRobot, tendon: Tendon) -> float:
+    """Return the height at which a tendon ends in the straight robot [m]."""
+    names = [segment.name for segment in robot.segments]
+    return sum(segment.length_m for segment in robot.segments[: names.index(tendon.ends_at) + 1])
+
+
+def winds_or_converges(robot: ContinuumRobot) -> bool:
+    """Return whether a tendon's holes are not alike in all disks by its own routing."""
+    return any(
+        tendon.turn_rad != 0.0 or (tendon.end_radius_m or tendon.radius_m) != tendon.radius_m
+        for tendon in robot.tendons
+    )
 
 
 def is_planar(robot: ContinuumRobot) -> bool:
@@ -429,6 +461,11 @@ def _check_hinge(segment: Segment, prefix: str) -> None:
 def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:
     positive(tendon, "radius_m", prefix)
     need(tendon, "angle_rad", prefix, math.isfinite, "must be finite")
+    need(tendon, "end_radius_m", prefix, lambda radius: 0 <= radius < math.inf, "must not be negative")
+    limit = 4.0 * math.pi
+    need(
+        tendon, "turn_rad", prefix, lambda turn: abs(turn) <= limit, "more than two turns about the backbone"
+    )
     positive(tendon, "stiffness_N_per_m", prefix, finite=False)
     for name in ("pretension_N", "slack_m"):
         need(tendon, name, prefix, lambda value: 0 <= value < math.inf, "must not be negative")
@@ -436,19 +473,19 @@ def _check_tendon(tendon: Tendon, robot: ContinuumRobot, prefix: str) -> None:
     what = f"a size of {low:g} to {high:g} is needed, -1 for a tendon that its channel lets out"
     need(tendon, "channel_gain", prefix, lambda gain: low <= abs(gain) <= high, what)
     channel_m = robot.channel_radius_m
-    need(
-        tendon,
-        "radius_m",
-        prefix,
-        lambda radius: radius > channel_m,
-        f"the tendon lies in the free channel (radius {channel_m * 1e3:g} mm)",
-    )
+    in_channel = f"the tendon lies in the free channel (radius {channel_m * 1e3:g} mm)"
+    need(tendon, "radius_m", prefix, lambda radius: radius > channel_m, in_channel)
+    need(tendon, "end_radius_m", prefix, lambda radius: not 0.0 < radius <= channel_m, in_channel)
+    start_m = 0.0
     for segment in robot.segments:
         outer_m = segment.outer_radius_m
-        if tendon.radius_m >= outer_m:
+        widest = max(routing(robot, tendon, z)[0] for z in (start_m, start_m + segment.length_m))
+        start_m += segment.length_m
+        if widest >= outer_m:
+            key = "end_radius_mm" if widest > tendon.radius_m else "radius_mm"
             raise InputError(
-                f"{prefix}radius_mm = {tendon.radius_m * 1e3:g}: the tendon lies outside the disks of "
-                f"segment {segment.name} (outer radius {outer_m * 1e3:g} mm)"
+                f"{prefix}{key} = {getattr(tendon, key[:-2] + 'm') * 1e3:g}: the tendon lies outside the "
+                f"disks of segment {segment.name} (outer radius {outer_m * 1e3:g} mm)"
             )
         if segment.name == tendon.ends_at:
             break

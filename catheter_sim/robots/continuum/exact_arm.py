@@ -299,7 +299,7 @@ def fkm_exact_arm(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) ->
 
     Where all tendons end together, an eyelet's history is that of the tensions behind it
     (`slip.tensions_behind`). Where they end in different segments, that rule would leave a tendon
-    stuck in the proximal segment while the distal one pulls it through; the robot is then solved
+    stuck in the proximal segment while the distal one pulls it through. The robot is then solved
     with the motion of each tendon over each eyelet instead (`sliding.fkm_sliding`), which agrees
     with the rule to 0.1 mm where both hold.
 

@@ -412,7 +412,7 @@ def compare(
     )
     if worst.share > LARGEST_DIFFERENCE:
         why = "; ".join(moved) or "the file holds more than links, holes and springs"
-        raise InputError(f"{where}: the robot would be {text}; at most 2 % is taken: {why}")
+        raise InputError(f"{where}: the robot would be {text}, but at most 2 % is taken: {why}")
     return [text]
 
 
@@ -590,7 +590,7 @@ def read_chain(path: Path | str, name: str | None = None) -> ReadChain:
     """Return a chain of hinges with spatial tendons as a continuum robot.
 
     Its base frame is the file's own, of the body that carries the chain, where that lies on the chain's axis
-    and the chain points along its z; otherwise it is shifted and turned, which a note says. `load_robot`
+    and the chain points along its z. Otherwise it is shifted and turned, which a note says. `load_robot`
     takes such a file, too, and `catheter_sim.catalogue.robot_toml` makes a robot's file of it.
 
     Args:

@@ -28,6 +28,7 @@ from catheter_sim.robots.continuum.description import (
     last_disk,
     links,
     outputs,
+    winds_or_converges,
 )
 from catheter_sim.robots.continuum.friction_tails import SMALLEST_LIMIT
 from catheter_sim.robots.continuum.spec import ContinuumRobot
@@ -222,6 +223,7 @@ class HoleTurns:
     def __init__(self, robot: ContinuumRobot, place: RobotInModel) -> None:
         spans = span_count(robot)
         self.planar = is_planar(robot) and robot.links_per_subsegment == 1 and is_centred(robot)
+        self.planar &= not winds_or_converges(robot)
         self._turn = np.zeros((len(robot.tendons), spans))
         self._base, self._axis = place.base, np.array([0.0, 0.0, 1.0])
         self.joints = np.zeros(0, dtype=int)

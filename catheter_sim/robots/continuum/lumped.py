@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from catheter_sim.robots.continuum.lumped_kernels import (
     DEGREES,
     LINKS,
     LINKS_MIDDLE,
+    LINKS_ONE,
+    ONE_FACTOR,
     PLANE,
     SPRING_FACTORS,
     DiskLoads,
@@ -62,7 +64,7 @@ class LumpedEquilibria:
 
     Attributes:
         rod, load: what was asked.
-        model: `ARC`, `LINKS` or `LINKS_MIDDLE`.
+        model: `ARC`, `LINKS`, `LINKS_MIDDLE` or `LINKS_ONE`.
         unknowns: shape (r, n, d) [rad]; see `subsegments.arc` and `subsegments.links` in `lumped_kernels`.
         p_w: centres of disks 0 to n, shape (r, n + 1, 3) [m].
         R_w: their orientations, shape (r, n + 1, 3, 3).
@@ -100,7 +102,7 @@ def equilibria(
     Args:
         rod: the robot.
         loads: tensions, forces and moments, r rows.
-        model: `ARC` (CC_sub), `LINKS` (PRB) or `LINKS_MIDDLE`.
+        model: `ARC` (CC_sub), `LINKS` (PRB), `LINKS_MIDDLE` or `LINKS_ONE`.
         projected: whether the disks' forces lose their part along the disks' normals (Eq. 58).
         guess: unknowns to start from, shape (r, n, d); None: that of the straight robot's moments,
             or CC_sub's answer.
@@ -108,7 +110,8 @@ def equilibria(
     """
     rows, n, tendons = len(loads), len(rod.length_m), len(rod.hole_m)
     if guess is None and model != ARC:
-        guess = links_like_arcs(equilibria(rod, loads, ARC, projected, threads=threads).unknowns)
+        arcs = equilibria(rod, loads, ARC, projected, threads=threads).unknowns
+        guess = links_like_arcs(arcs, ONE_FACTOR if model == LINKS_ONE else SPRING_FACTORS)
     linear = linear_bends(rod, loads)
     if guess is None:
         guess = np.concatenate([linear, np.zeros((rows, n, 1))], axis=2)
@@ -167,24 +170,25 @@ def free(rod: RodProblem, model: int) -> NDArray[np.bool_]:
     return result
 
 
-def links_like_arcs(bend: Array) -> Array:
-    """Return unknowns of PRB, shape (..., 5), near those of CC_sub, shape (..., 3) [rad]."""
+def links_like_arcs(bend: Array, factors: Array = SPRING_FACTORS) -> Array:
+    """Return unknowns of links with the springs `factors`, shape (..., d), near CC_sub's, (..., 3) [rad]."""
     angle = np.hypot(bend[..., 0], bend[..., 1])
-    shares = (1.0 / SPRING_FACTORS) / (1.0 / SPRING_FACTORS).sum()
+    shares = (1.0 / factors) / (1.0 / factors).sum()
     plane = np.arctan2(bend[..., 1], bend[..., 0])
     return np.concatenate([angle[..., None] * shares, plane[..., None], bend[..., 2:]], axis=-1)
 
 
 def static_run(
-    name: str, model: int, robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array
+    name: str, model: int, robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array, twists: bool = True
 ) -> StaticRun:
-    """Return the postures of `robot` under `inputs`.
+    """Return the postures of `robot` under `inputs`; without `twists` its torsion is locked.
 
     Raises:
         InputError: what no rod model carries, displacements that no posture follows, or a row without
             an equilibrium that load steps from the straight robot would reach.
     """
     rod = problem(robot)
+    rod = rod if twists else untwisted(rod)
     gravity = np.asarray(gravity_mps2, dtype=float)
     loads = load(rod, inputs, gravity)
     if inputs.actuation == "displacement":
@@ -232,6 +236,21 @@ def prb(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun
 def prb_middle(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
     """Return the same with the plane balanced at the middle of the subsegment and the twist at its end."""
     return static_run("PRB_middle", LINKS_MIDDLE, robot, inputs, gravity_mps2)
+
+
+def prb_no_twist(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return PRB's postures without Eq. 54: no subsegment twists (Rao 2021, Eqs 12, 48-53; Huang 2019)."""
+    return static_run("PRB_no_twist", LINKS, robot, inputs, gravity_mps2, twists=False)
+
+
+def prb_one(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures with one joint per subsegment, in its middle (Rao 2021, Section 3.2.2)."""
+    return static_run("PRB_one", LINKS_ONE, robot, inputs, gravity_mps2)
+
+
+def untwisted(rod: RodProblem) -> RodProblem:
+    """Return a robot that does not twist and is else like `rod`."""
+    return replace(rod, torsion_N_m2=np.full(len(rod.length_m), np.inf))
 
 
 def prb_printed(

@@ -41,13 +41,18 @@ from catheter_sim.mechanics.vectors import (
 # The lumped models of a subsegment and their numbers.
 
 # Models: one arc per subsegment (d = 3); four rigid links (d = 5), the bending plane and the twist
-# balanced at the subsegment's base; the same, balanced at its middle and its end.
-ARC, LINKS, LINKS_MIDDLE = 0, 1, 2
-DEGREES = (3, 5, 5)
-PLANE = 3  # which unknown of the links is the bending plane's angle
+# balanced at the subsegment's base; the same, balanced at its middle and its end; two rigid links with one
+# joint (d = 3), balanced so, too. The last two unknowns of links are the bending plane's angle and the twist.
+ARC, LINKS, LINKS_MIDDLE, LINKS_ONE = 0, 1, 2, 3
+DEGREES = (3, 5, 5, 3)
+PLANE = -2  # which unknown of the links is the bending plane's angle
 # Rao 2021, Table 1, divided by their sum 0.999 so that the links are as long as the subsegment.
 LINK_SHARES = np.array([0.125, 0.35, 0.388, 0.136]) / 0.999
 SPRING_FACTORS = np.array([3.25, 2.84, 2.95])
+# Of one joint (Rao 2021, Section 3.2.2, prints none): in the middle and as stiff as the subsegment, so that a
+# moment turns its end as a rod's. Assumed.
+ONE_SHARES = np.array([0.5, 0.5])
+ONE_FACTOR = np.array([1.0])
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -58,10 +63,10 @@ class LumpedRod(NamedTuple):
     """A robot of n subsegments and t tendons as the loops take it.
 
     Attributes:
-        model: `ARC`, `LINKS` or `LINKS_MIDDLE`.
+        model: `ARC`, `LINKS`, `LINKS_MIDDLE` or `LINKS_ONE`.
         free: which unknowns may move, shape (n, d); the others are held at zero.
         length, bending, torsion: of the subsegments, shape (n,).
-        hole, last: of the tendons, shapes (t, 2), (t,).
+        hole, last: of the tendons in each disk, and their ends, shapes (t, n + 1, 2), (t,).
         mu: capstan coefficient; every tendon slides toward the base.
         projected: whether Eq. 58 is applied.
     """
@@ -113,7 +118,7 @@ class Unbalanced(NamedTuple):
         r: unbalanced moment, shape (n, d) [N m].
         D: the diagonal of U, shape (n, d, d).
         parts: axes and axes x points by balance, force and moment by unknown, shape (4, n, d, 3).
-        loads, swing: force of the loads on disks k and beyond, shape (n + 2, 3), and G with a turn w of
+        loads, swing: force of the loads on disks k and beyond, shape (n + 2, 3). G with a turn w of
             these loads adding -G w to their moment about the origin, shape (n + 2, 3, 3).
         B, C: the effect of turning the loads against the tip, and the tip's turn by the unknowns, (n, d, 3).
     """
@@ -246,85 +251,90 @@ def links(
     torsion: float,
     piece: LumpedPiece,
 ) -> None:
-    """Write one subsegment of PRB: three joints, plane and twist, `x`, shape (5,) [rad]; as `arc`.
+    """Write one subsegment of PRB: its joints, plane and twist, `x`, shape (d,) [rad]; as `arc`.
 
     Rao 2021, Eqs. 11-12 and 48-54, moments in the plane's and the twist's balance about the base. The
     plane's balance is Eq. 52 in its one component: M* is the moment's part normal to the base's z
     axis, so that M* x y has the size of M* . e, e being the base's direction in the bending plane.
-    `LINKS_MIDDLE`: plane balanced at the middle joint along the mean of base's and end's directions,
-    twist at the end.
+    `LINKS_MIDDLE` and `LINKS_ONE`: plane balanced at the middle joint along the mean of base's and end's
+    directions, twist at the end.
     """
     p, R, spin, drift, axis, point, daxis, dpoint, law, dlaw = piece
-    sine, cosine = sine_cosine(x[3])
+    plane = len(x) - 2  # of the unknowns; those before it are the joints, that beyond it is the twist
+    joints, twist, at_middle = plane, plane + 1, model != LINKS
+    shares, factors = LINK_SHARES, SPRING_FACTORS
+    if model == LINKS_ONE:
+        shares, factors = ONE_SHARES, ONE_FACTOR
+    sine, cosine = sine_cosine(x[plane])
     y, z, here = room((3,), x), room((3,), x), room((3,), x)
     normal, arm = room((3,), x), room((3,), x)
     y[0], y[1], y[2] = -sine, cosine, 0.0
     z[0], z[1], z[2] = 0.0, 0.0, 1.0
     here[0], here[1] = 0.0, 0.0
-    here[2] = LINK_SHARES[0] * length
+    here[2] = shares[0] * length
     turn = 0.0
     c, s = 1.0, 0.0
-    for q in range(3):
+    for q in range(joints):
         copy3(here, point[q])
         copy3(y, axis[q])
         turn += x[q]
         s, c = sine_cosine(turn)
-        reach = LINK_SHARES[q + 1] * length
+        reach = shares[q + 1] * length
         here[0] += reach * s * cosine
         here[1] += reach * s * sine
         here[2] += reach * c
     copy3(here, p)
-    half = 0.5 * turn if model == LINKS_MIDDLE else 0.0
+    half = 0.5 * turn if at_middle else 0.0
     half_sine, half_cosine = sine_cosine(half)
-    axis[3, 0], axis[3, 1], axis[3, 2] = half_cosine * cosine, half_cosine * sine, -half_sine
+    axis[plane, 0], axis[plane, 1], axis[plane, 2] = half_cosine * cosine, half_cosine * sine, -half_sine
     normal[0], normal[1], normal[2] = c * cosine, c * sine, -s
-    tangent = axis[4]
+    tangent = axis[twist]
     tangent[0], tangent[1], tangent[2] = s * cosine, s * sine, c
-    along, across = sine_cosine(x[4] - x[3])
+    along, across = sine_cosine(x[twist] - x[plane])
     for i in range(3):
         R[i, 0] = across * normal[i] + along * y[i]
         R[i, 1] = -along * normal[i] + across * y[i]
         R[i, 2] = tangent[i]
-    fill(point[3], 0.0)
-    fill(point[4], 0.0)
-    if model == LINKS_MIDDLE:
-        copy3(point[1], point[3])
-        copy3(p, point[4])
+    fill(point[plane], 0.0)
+    fill(point[twist], 0.0)
+    if at_middle:
+        copy3(point[joints // 2], point[plane])
+        copy3(p, point[twist])
     fill(daxis, 0.0)
     fill(dpoint, 0.0)
     fill(dlaw, 0.0)
-    for q in range(3):
+    for q in range(joints):
         copy3(y, spin[q])
         for i in range(3):
             arm[i] = p[i] - point[q, i]
         cross3(y, arm, drift[q])
-        for later in range(q + 1, 3):
+        for later in range(q + 1, joints):
             for i in range(3):
                 arm[i] = point[later, i] - point[q, i]
             cross3(y, arm, dpoint[later, q])
-        cross3(y, axis[4], daxis[4, q])
-        if model == LINKS_MIDDLE:
-            cross3(y, axis[3], daxis[3, q])
+        cross3(y, axis[twist], daxis[twist, q])
+        if at_middle:
+            cross3(y, axis[plane], daxis[plane, q])
             for i in range(3):
-                daxis[3, q, i] *= 0.5
-        cross3(z, point[q], dpoint[q, 3])
-        stiffness = SPRING_FACTORS[q] * bending / length
+                daxis[plane, q, i] *= 0.5
+        cross3(z, point[q], dpoint[q, plane])
+        stiffness = factors[q] * bending / length
         law[q] = stiffness * x[q]
         dlaw[q, q] = stiffness
-    for e in range(5):
-        cross3(z, axis[e], daxis[e, 3])
+    for e in range(len(x)):
+        cross3(z, axis[e], daxis[e, plane])
     for i in range(3):
-        spin[3, i] = z[i] - tangent[i]
-        spin[4, i] = tangent[i]
-    cross3(z, p, drift[3])
-    fill(drift[4], 0.0)
-    if model == LINKS_MIDDLE:
-        for i in range(5):
-            copy3(dpoint[1, i], dpoint[3, i])
-            copy3(drift[i], dpoint[4, i])
-    law[3] = 0.0
-    law[4] = torsion / length * x[4]
-    dlaw[4, 4] = torsion / length
+        spin[plane, i] = z[i] - tangent[i]
+        spin[twist, i] = tangent[i]
+    cross3(z, p, drift[plane])
+    fill(drift[twist], 0.0)
+    if at_middle:
+        for i in range(len(x)):
+            copy3(dpoint[joints // 2, i], dpoint[plane, i])
+            copy3(drift[i], dpoint[twist, i])
+    law[plane] = 0.0
+    law[twist] = torsion / length * x[twist]
+    dlaw[twist, twist] = torsion / length
 
 
 @compiled
@@ -396,7 +406,7 @@ def tendon_forces(
     for t in range(count):
         for m in range(last[t] + 1):
             for i in range(3):
-                h[t, m, i] = p[m, i] + R[m, i, 0] * hole[t, 0] + R[m, i, 1] * hole[t, 1]
+                h[t, m, i] = p[m, i] + R[m, i, 0] * hole[t, m, 0] + R[m, i, 1] * hole[t, m, 1]
         now = tension[t]
         for m in range(1, last[t] + 1):
             for i in range(3):
@@ -613,7 +623,7 @@ def hold_locked(robot: LumpedRod, lacks: Unbalanced) -> None:
     for k in range(n):
         if model != ARC:  # an unloaded subsegment has no bending plane
             floor = _PLANE_FLOOR * bending[k] / length[k]
-            D[k, PLANE, PLANE] += select_less(0.0, D[k, PLANE, PLANE], floor, -floor)
+            D[k, d + PLANE, d + PLANE] += select_less(0.0, D[k, d + PLANE, d + PLANE], floor, -floor)
         for e in range(d):
             if not free[k, e]:
                 fill(D[k, e], 0.0)
@@ -795,7 +805,7 @@ def _straighten(model: int, x: Array) -> None:
     """Set all bends and twists to zero; the bending planes stay."""
     for k in range(len(x)):
         for e in range(x.shape[1]):
-            if model == ARC or e != PLANE:
+            if model == ARC or e != x.shape[1] + PLANE:
                 x[k, e] = 0.0
 
 
@@ -813,7 +823,7 @@ def solve_rows(
     """Solve r rows.
 
     Where Newton's method fails at the full load, the load is raised from zero in steps that halve
-    where it fails and double where it does not; no row reads another, so that their order is nothing.
+    where it fails and double where it does not. No row reads another, so that their order is nothing.
 
     Args:
         first_share: of the load, with which to begin, shape (r,); below 1: begin at the straight robot.

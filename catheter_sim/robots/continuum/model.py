@@ -28,7 +28,7 @@ from catheter_sim.robots.continuum.description import (
     axes_of,
     disk_heights,
     disks,
-    hole_angle_rad,
+    hole_xy_m,
     last_disk,
     links,
     pieces,
@@ -136,15 +136,12 @@ def _add_holes(root: Element, robot: ContinuumRobot, bodies: list[Element]) -> N
     heights = disk_heights(robot)
     disk_links = [link for link in links(robot) if link.disk]
 
-    def xy(tendon: Tendon, height: float) -> tuple[float, float]:
-        angle = hole_angle_rad(robot, tendon, height)
-        return tendon.radius_m * math.cos(angle), tendon.radius_m * math.sin(angle)
-
     for tendon in robot.tendons:
-        add_feed(root, robot, tendon.name, xy(tendon, 0.0))
-        add_site(bodies[0], names.hole(tendon.name, 0), (*xy(tendon, 0.0), 0.0))
+        add_feed(root, robot, tendon.name, hole_xy_m(robot, tendon, 0.0))
+        add_site(bodies[0], names.hole(tendon.name, 0), (*hole_xy_m(robot, tendon, 0.0), 0.0))
         for link in disk_links[: last_disk(robot, tendon)]:
-            position = (*xy(tendon, float(heights[link.disk])), link.face_z_m - link.hinge_z_m)
+            x, y = hole_xy_m(robot, tendon, float(heights[link.disk]))
+            position = (x, y, link.face_z_m - link.hinge_z_m)
             add_site(bodies[link.index], names.hole(tendon.name, link.disk), position)
 
 

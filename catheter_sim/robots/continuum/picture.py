@@ -1,4 +1,4 @@
-"""What a continuum robot looks like: the solids of its links, what is drawn of it, and its centreline."""
+"""What a continuum robot looks like: the solids of its links, what is drawn of it, and its axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import numpy as np
 import trimesh
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.posture import Posture
 from catheter_sim.mjcf.parts import Part
 from catheter_sim.mjcf.solids import (
     DISK,
@@ -29,7 +28,7 @@ from catheter_sim.mjcf.solids import (
     raised,
     together,
 )
-from catheter_sim.robots.continuum.description import disks, hinge_places
+from catheter_sim.robots.continuum.description import disks, hinge_places, winds_or_converges
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 
 # ----------------------------------------------------------------------------------------------------
@@ -94,7 +93,7 @@ def cell_shape(robot: ContinuumRobot, index: int) -> CellShape:
     visible = _VISIBLE * outer  # what is smaller than this is left out
     channel = robot.channel_radius_m if robot.channel_radius_m > visible else 0.0
     eyelets: tuple[tuple[float, float], ...] = ()
-    for tendon in passing:
+    for tendon in passing if not winds_or_converges(robot) else ():  # all cells of a segment share a shape
         place = (
             tendon.radius_m * math.cos(tendon.angle_rad),
             tendon.radius_m * math.sin(tendon.angle_rad),
@@ -399,10 +398,9 @@ def _segment_of(robot: ContinuumRobot, link: int) -> tuple[int, int]:
 
 
 # ----------------------------------------------------------------------------------------------------
-# What is drawn of a continuum robot, and where its centreline is: its backbone's.
+# What is drawn of a continuum robot, and which parts lie about its axis.
 
 CENTRELINE_PARTS: tuple[str, ...] = ("backbone",)
-_POINTS = 4  # interpolated points between two faces
 
 
 def meshes(robot: ContinuumRobot) -> Mapping[str, trimesh.Trimesh]:
@@ -413,26 +411,6 @@ def meshes(robot: ContinuumRobot) -> Mapping[str, trimesh.Trimesh]:
 def parts(robot: ContinuumRobot, element: int) -> tuple[Part, ...]:
     """Return what a link shows: 0 for the fixed base, 1 to n for the links from base to tip."""
     return element_parts(robot, element)
-
-
-def centreline(robot: ContinuumRobot, posture: Posture) -> Array:
-    """Return points on the smooth centreline from the base through the faces' centres, shape (n, 3) [m].
-
-    Cubic between two faces, along their normals there: the centreline of a bent backbone does not
-    cut the corner between two disks.
-    """
-    points = np.concatenate([np.zeros((1, 3)), posture.p_w])
-    normals = np.concatenate([[(0.0, 0.0, 1.0)], posture.R_w[:, :, 2]])
-    chord = np.linalg.norm(np.diff(points, axis=0), axis=1)[:, np.newaxis]
-    pieces = [points[:1]]
-    for t in np.arange(1, _POINTS + 1) / _POINTS:
-        pieces.append(
-            (1.0 + 2.0 * t) * (1.0 - t) ** 2 * points[:-1]
-            + t * (1.0 - t) ** 2 * chord * normals[:-1]
-            + t**2 * (3.0 - 2.0 * t) * points[1:]
-            - t**2 * (1.0 - t) * chord * normals[1:]
-        )
-    return np.concatenate([pieces[0], np.stack(pieces[1:], axis=1).reshape(-1, 3)])
 
 
 def geom_places(robot: ContinuumRobot, model: mujoco.MjModel) -> Array:

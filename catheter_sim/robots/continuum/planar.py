@@ -15,7 +15,14 @@ from catheter_sim.core.posture import Posture
 from catheter_sim.core.statics import StaticRun, require_tensions
 from catheter_sim.errors import InputError
 from catheter_sim.mechanics.hysteresis import counts_where_alone
-from catheter_sim.robots.continuum.description import face_masses, is_centred, last_disk, links, outputs
+from catheter_sim.robots.continuum.description import (
+    face_masses,
+    is_centred,
+    last_disk,
+    links,
+    outputs,
+    winds_or_converges,
+)
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
 
 # ----------------------------------------------------------------------------------------------------
@@ -116,7 +123,7 @@ def hinge_moments(hinges: Array, faces: Array, force: Array) -> Array:
 def hinge_moment_slopes(hinges: Array, faces: Array, force: Array) -> Array:
     """Return how `hinge_moments` changes with the bend angles, shape (n, n) [N m/rad].
 
-    Turning hinge m swings everything beyond it; the moment at hinge k sees the part beyond both, so
+    Turning hinge m swings everything beyond it. The moment at hinge k sees the part beyond both, so
     that entry (k, m) depends on the outer one of the two alone, and the matrix is symmetric.
     """
     fx, fz = force[:, 0], force[:, 2]
@@ -199,8 +206,9 @@ class PlanarDrive:
 
 
 def bends_in_plane(robot: ContinuumRobot) -> bool:
-    """Return whether `robot` bends in the xz plane only, one hinge a cell, in its middle."""
-    return _in_plane(robot) and robot.links_per_subsegment == 1 and is_centred(robot)
+    """Return whether `robot` bends in the xz plane only, one hinge a cell, in its middle, holes in a row."""
+    plain = robot.links_per_subsegment == 1 and is_centred(robot) and not winds_or_converges(robot)
+    return _in_plane(robot) and plain
 
 
 def _in_plane(robot: ContinuumRobot) -> bool:
@@ -227,6 +235,8 @@ def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
         )
     if not is_centred(robot):
         raise InputError(f"static model {model!r}: hinge_share of 0.5 is needed")
+    if winds_or_converges(robot):
+        raise InputError(f"static model {model!r}: tendons that wind or converge are not in a planar model")
     for segment in robot.segments:
         for key in ("rest_curvature_y_per_m", "rest_twist_rad_per_m"):
             if getattr(segment, key) != 0.0:
@@ -327,8 +337,8 @@ def step_counts(
     """Return in how many steps to go from row to row, from zero inputs to the first, shape (r,).
 
     A step's change of inputs bends a frictionless robot by no more than `step_bend_rad`, or by no more than
-    `alone_bend_rad`, where that is given, if all but the tendons of one end bend it by less than a tenth of
-    `step_bend_rad`.
+    `alone_bend_rad`, where that is given. The latter holds if all but the tendons of one end bend it by
+    less than a tenth of `step_bend_rad`.
     """
 
     def changes(values: Array) -> Array:

@@ -1,7 +1,7 @@
 """The exact-arm statics of many planar robots at once, along their inputs.
 
-The same model as `fkm_exact_arm`, in compiled form, for a fit that asks for many robots differing in a
-few numbers: one pair of tendons by the rule of tensions (`tension_march`), tendons that end in
+The same model as `fkm_exact_arm`, in compiled form, for a fit that asks for many robots differing in a few
+numbers. It has one pair of tendons by the rule of tensions (`tension_march`), tendons that end in
 several segments by their motion (`sliding_march`). The steps between rows are longer than those
 of the model, and the same for all robots of a batch, so that the outputs change smoothly with a number.
 """

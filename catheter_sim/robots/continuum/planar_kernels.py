@@ -583,11 +583,11 @@ def newton_step(
 
     Unknown in cell k are the change u of its angle and, of each tendon, the change of what friction has
     taken so far (the exponent). They feel the cells before through those of cell k - 1 and through the
-    lean, the sum of u so far; and the cells beyond through two kinds of sums: by how much each tendon is
-    drawn in over the eyelet (E, where it sticks), and what loads add (G). From the tip on these sums are
-    linear in what is unknown in the cell before, `beyond`. So the unknowns of a cell are linear in those of
-    the cell before, `bend_by` and `lost_by`, and from the base on all are known. A tendon that slips loses
-    `alpha` times the change of both adjoining angles, which needs no row of its own.
+    lean, the sum of u so far. They feel the cells beyond through two kinds of sums: by how much each tendon
+    is drawn in over the eyelet (E, where it sticks), and what loads add (G). From the tip on these sums
+    are linear in what is unknown in the cell before, `beyond`. So the unknowns of a cell are linear in
+    those of the cell before, `bend_by` and `lost_by`, and from the base on all are known. A tendon that
+    slips loses `alpha` times the change of both adjoining angles, which needs no row of its own.
 
     Columns of `beyond`, `bend_by`, `lost_by`: u, each tendon's loss, lean, 1. Rows of `beyond`: E, then G.
     """

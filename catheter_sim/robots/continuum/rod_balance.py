@@ -30,7 +30,10 @@ from catheter_sim.robots.continuum.rod_sections import (
     CONTINUOUS,
     LENGTH,
     LUMENS,
+    MOMENT,
+    PER_TENDON,
     TENDONS,
+    TIP_FORCE,
     SectionEnds,
     add_path_forces,
     path_direction,
@@ -45,10 +48,11 @@ class TendonRod(NamedTuple):
     """A rod of n sections and t tendons as the loops take it.
 
     Attributes:
-        path: CONTINUOUS, PROJECTED, EYELETS or LUMENS.
+        path: CONTINUOUS, PROJECTED, EYELETS, LUMENS, MOMENT or TIP_FORCE.
         rough, fine: sections' data with few and many integration steps, shape (n, 8); the first serves on the
             way and for the derivatives.
-        hole: shape (t, 2) [m].
+        hole: of the tendons along a continuous path, alike in all disks, shape (t, 2) [m].
+        holes: in each disk, shape (t, n + 1, 2) [m].
         last: number of the disk where each tendon ends, shape (t,).
         mu: capstan coefficient.
     """
@@ -57,6 +61,7 @@ class TendonRod(NamedTuple):
     rough: Array
     fine: Array
     hole: Array
+    holes: Array
     last: NDArray[np.intp]
     mu: float
 
@@ -118,7 +123,7 @@ def left_over(
 ) -> None:
     """Set the residual at the disks, (n, 6), and their orientations; with `derive` the derivatives, too.
 
-    The sections' ends are as `sections` left them; their `here` and `low_slope` become the residual's
+    The sections' ends are as `sections` left them. Their `here` and `low_slope` become the residual's
     derivatives by the wrench of the section below and above, and `load`, shape (n, 6, 3), is that by the
     disk's turn. `R_w`: orientations of disks 0 to n.
     """
@@ -142,6 +147,13 @@ def left_over(
         if j + 1 < n:
             for i in range(6):
                 residual[j, i] += wrench[j + 1, i] + low[j + 1, i]
+        if path in (MOMENT, TIP_FORCE):
+            for k in range(tendons):
+                if j + 1 == n or all_zero(span[k, j + 1]):
+                    residual[j, 0] -= span[k, j] * hole[k, 1]
+                    residual[j, 1] += span[k, j] * hole[k, 0]
+                    if path == TIP_FORCE:
+                        residual[j, 5] -= span[k, j]
         if derive:
             for half in (0, 3):
                 load[j, half, 0] = load[j, half + 1, 1] = load[j, half + 2, 2] = 0.0
@@ -308,7 +320,7 @@ def newton(
     Returns:
         How it ended, the number of corrections, and what the first one turned the sections by [rad].
     """
-    path, rough, fine, hole, _, _ = rod
+    path, rough, fine, hole, holes, _, _ = rod
     wrench, span, turn, shift, R_w, residual = state
     n = span.shape[1]
     turn_slope = room((n, 3, 6), wrench)
@@ -325,7 +337,7 @@ def newton(
     finishing, derive, slopes = False, True, rough
     while True:
         here_rod = fine if finishing and not derive else slopes
-        sections(path, here_rod, hole, span, wrench, start, derive, w, ends)
+        sections(path, here_rod, hole, holes, span, wrench, start, derive, w, ends)
         left_over(path, here_rod, hole, span, applied, wrench, derive, R_w, residual, load, ends)
         now = 0.0
         for j in range(n):
@@ -393,7 +405,15 @@ def _angle_between(a: Array, b: Array) -> float:
 
 @compiled
 def _tendon_turns(
-    path: int, rod: Array, hole: Array, span: Array, wrench: Array, turn: Array, shift: Array, angle: Array
+    path: int,
+    rod: Array,
+    hole: Array,
+    holes: Array,
+    span: Array,
+    wrench: Array,
+    turn: Array,
+    shift: Array,
+    angle: Array,
 ) -> None:
     """Angles that the tendons turn by at the holes of disks 0 to n - 1, shape (t, n) [rad].
 
@@ -436,9 +456,9 @@ def _tendon_turns(
                 break
             R = turn[j]
             for i in range(3):
-                after[i] = R[i, 0] * hole[k, 0] + R[i, 1] * hole[k, 1] + shift[j, i]
-            after[0] -= hole[k, 0]
-            after[1] -= hole[k, 1]
+                after[i] = R[i, 0] * holes[k, j + 1, 0] + R[i, 1] * holes[k, j + 1, 1] + shift[j, i]
+            after[0] -= holes[k, j, 0]
+            after[1] -= holes[k, j, 1]
             angle[k, j] = _angle_between(before, after)
             turned_back(R, after, before)
 
@@ -449,7 +469,7 @@ def balanced(
     to_the_end: bool, farthest: float, w: Array,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Balance posture and tensions, which are start and result in `state`; as `newton` otherwise."""
-    path, rough, _, hole, last, mu = rod
+    path, rough, _, hole, holes, last, mu = rod
     wrench, span, turn, shift, _, _ = state
     tendons, n = span.shape
     for k in range(tendons):
@@ -467,7 +487,7 @@ def balanced(
             first = far
         if status != CONVERGED or mu == 0.0:
             return status, rounds, first
-        _tendon_turns(path, rough, hole, span, wrench, turn, shift, angle)
+        _tendon_turns(path, rough, hole, holes, span, wrench, turn, shift, angle)
         change = 0.0
         for k in range(tendons):
             total = 0.0
@@ -498,7 +518,7 @@ _SHORTEST_STEP = 1.0 / 1024.0  # of the way from load to load
 
 @compiled
 def unbent_wrenches(
-    path: int, hole: Array, last: NDArray[np.intp], mu: float, angle: Array, tension: Array,
+    path: int, holes: Array, last: NDArray[np.intp], mu: float, angle: Array, tension: Array,
     applied: Array, turn: Array, shift: Array, R_w: Array, slope: Array,
 ) -> None:  # fmt: skip
     """Set what tensions and loads add to the sections' wrenches while the posture stays, (n, 6).
@@ -522,12 +542,13 @@ def unbent_wrenches(
         turned_back(R_w[j], force, slope[j, 3:])
         if path in (CONTINUOUS, LUMENS):
             continue
-        for k in range(len(hole)):
+        for k in range(len(holes)):
             if j >= last[k] or all_zero(tension[k]):
                 continue
-            x, y = hole[k, 0], hole[k, 1]
+            x, y = holes[k, j + 1, 0], holes[k, j + 1, 1]
             for i in range(3):
                 across[i] = turn[j, i, 0] * x + turn[j, i, 1] * y + shift[j, i]
+            x, y = holes[k, j, 0], holes[k, j, 1]
             across[0] -= x
             across[1] -= y
             pull = tension[k] * exponential(-mu * angle[k, j]) / math.sqrt(dot3(across, across))
@@ -535,6 +556,8 @@ def unbent_wrenches(
             slope[j, 0] += y * fz
             slope[j, 1] -= x * fz
             slope[j, 2] += x * fy - y * fx
+            if path == MOMENT:
+                continue
             slope[j, 3] += fx
             slope[j, 4] += fy
             slope[j, 5] += fz
@@ -561,7 +584,7 @@ def _advance(
     Returns:
         The share of the way that was reached (1.0: all), and the number of Newton's corrections.
     """
-    path, _, fine, hole, last, mu = rod
+    path, _, fine, _, holes, last, mu = rod
     wrench, span, turn, shift, R_w, _ = state
     tendons, n = span.shape
     tension, applied = room((tendons,), wrench), room((n, 6), wrench)
@@ -571,7 +594,7 @@ def _advance(
         for i in range(6):
             applied[j, i] = applied1[j, i] - applied0[j, i]
     slope, old_wrench, old_angle = room((n, 6), wrench), room((n, 6), wrench), room((tendons, n), wrench)
-    unbent_wrenches(path, hole, last, mu, angle, tension, applied, turn, shift, R_w, slope)
+    unbent_wrenches(path, holes, last, mu, angle, tension, applied, turn, shift, R_w, slope)
     if one_step:
         turned = 0.0
         for j in range(n):
@@ -643,7 +666,7 @@ def follow(
 ) -> None:  # fmt: skip
     """Find the equilibria of r rows of loads; arguments as of `_advance` with rows in front.
 
-    A row is reached from the one before where that is near, else from rest; then, if that way ends, from
+    A row is reached from the one before where that is near, else from rest. Then, if that way ends, from
     the row before at any distance, and from rest with the tensions or the other loads first.
 
     Args:
@@ -661,7 +684,7 @@ def follow(
     )
     fill(angle, 0.0)
     fill(angle_before, 0.0)
-    w = floats_in_line((TENDONS + 3 * tendons) * LANES)
+    w = floats_in_line((TENDONS + PER_TENDON * tendons) * LANES)
     fill(w, 0.0)
     pulls, loads = room((3, tendons), wrench), room((3, n, 6), wrench)
     for row in range(rows):
@@ -734,7 +757,7 @@ def follow_together(
         chosen: numbers of the rows, a multiple of LANES of them.
         reached: result, 1 where a row is balanced; the other rows are left as they were.
     """
-    path, rough, fine, hole, last, _ = rod
+    path, rough, fine, hole, holes, last, _ = rod
     tendons, n = len(hole), len(rough)
     wrenches, spans = floats_of_eights((n, 6)), floats_of_eights((tendons, n))
     shifts, turns, lefts = floats_of_eights((n, 3)), floats_of_eights((n + 1, 3, 3)), floats_of_eights((n, 6))
@@ -745,7 +768,7 @@ def follow_together(
     here, above, load = room((n, 6, 6), x), room((n, 6, 6), x), room((n, 6, 3), x)
     by_tip, last_turn, step = room((n, 6, 3), x), room((3, 3), x), room((n, 6), x)
     end, low, strain, inverse = room((n, 6), x), room((n, 6), x), room((n, 6), x), room((n, 6, 6), x)
-    turned, v = room((3,), x), room((TENDONS + 3 * tendons,), x)
+    turned, v = room((3,), x), room((TENDONS + PER_TENDON * tendons,), x)
     start, ends = (strain, inverse), SectionEnds(turn, p, turn_slope, end, here, low, above)
     fill(v, 0.0)
     for first in range(0, len(chosen), LANES):
@@ -760,7 +783,7 @@ def follow_together(
         for c in range(3):
             R[0, c, c] = 1.0
         set_straight(rough, x, angle, turn, p, R)
-        unbent_wrenches(path, hole, last, 0.0, angle, t, f, turn, p, R, x)
+        unbent_wrenches(path, holes, last, 0.0, angle, t, f, turn, p, R, x)
         for k in range(tendons):
             for j in range(n):
                 s[k, j] = t[k] if j < last[k] else 0.0 * t[k]
@@ -772,7 +795,7 @@ def follow_together(
         rounds = 0
         while True:
             here_rod = fine if finishing and not derive else slopes
-            sections_of_eights(path, here_rod, hole, s, x, start, derive, v, ends)
+            sections_of_eights(path, here_rod, hole, holes, s, x, start, derive, v, ends)
             left_over(path, here_rod, hole, s, f, x, derive, R, r, load, ends)
             # Only rows that have not failed are waited for.
             open_turn = select_less(0.0, failed, 0.0, largest)

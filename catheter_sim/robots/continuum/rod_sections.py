@@ -28,6 +28,8 @@ from catheter_sim.mechanics.vectors import dot3, fill, turned, turned_back
 # Columns of `rod`, the sections' data: six compliances, then the length and the number of steps.
 LENGTH, STEPS = 6, 7
 CONTINUOUS, PROJECTED, EYELETS, LUMENS = range(4)  # tendon paths
+# Tendons that act at their ends alone, by a moment, or by their pull along the backbone's axis.
+MOMENT, TIP_FORCE = 4, 5
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -44,7 +46,8 @@ COMPLIANCE, STIFFNESS, INVERSE = 235, 241, 247  # six, six and (6, 6)
 STEP = 283
 LOW, LOW_SLOPE = 284, 290  # tendons' pull on the lower disk, (6,), and its derivative, (6, 6)
 SPAN = 326  # a tendon's direction (3) and length, its reverse in the upper disk's frame (3)
-TENDONS = 333  # three slots for each tendon: tension, and what of it acts along the lower, upper disk's axis
+# Slots for each tendon: tension, what of it acts along the lower and the upper disk's axis, its holes there.
+TENDONS, PER_TENDON = 333, 7
 
 
 @compiled
@@ -268,7 +271,7 @@ def _set_strains(w: Array, hole: Array, along: bool, columns: int) -> None:
             gy = w[STRAIN + 4] + w[STRAIN + 2] * x
             gz = 1.0 + w[STRAIN + 5]
             gz += w[STRAIN] * y - w[STRAIN + 1] * x
-            pull = w[TENDONS + 3 * k] / math.sqrt(gx * gx + gy * gy + gz * gz)
+            pull = w[TENDONS + PER_TENDON * k] / math.sqrt(gx * gx + gy * gy + gz * gz)
             gx, gy, gz = gx * pull, gy * pull, gz * pull
             w[RATE] += y * gz
             w[RATE + 1] -= x * gz
@@ -381,7 +384,7 @@ def integrate(w: Array, hole: Array, steps: int, along: bool, columns: int) -> N
 
 
 @compiled
-def add_span_pulls(w: Array, hole: Array, columns: int) -> None:
+def add_span_pulls(w: Array, tendons: int, columns: int) -> None:
     """Add the pulls of straight spans: on the lower disk to `LOW`, on the upper one to `-BODY`.
 
     `BODY` and `COLUMNS` are the wrench at the sections' ends, so that what they become is what is left
@@ -389,13 +392,14 @@ def add_span_pulls(w: Array, hole: Array, columns: int) -> None:
     """
     for slot in range(42):
         w[LOW + slot] = 0.0
-    for k in range(len(hole)):
-        x, y = hole[k, 0], hole[k, 1]
-        tension = w[TENDONS + 3 * k]
-        low, high = w[TENDONS + 3 * k + 1], w[TENDONS + 3 * k + 2]
+    for k in range(tendons):
+        tension = w[TENDONS + PER_TENDON * k]
+        low, high = w[TENDONS + PER_TENDON * k + 1], w[TENDONS + PER_TENDON * k + 2]
+        x, y = w[TENDONS + PER_TENDON * k + 5], w[TENDONS + PER_TENDON * k + 6]
         a0 = w[TURN] * x + w[TURN + 1] * y
         a1 = w[TURN + 3] * x + w[TURN + 4] * y
         a2 = w[TURN + 6] * x + w[TURN + 7] * y
+        x, y = w[TENDONS + PER_TENDON * k + 3], w[TENDONS + PER_TENDON * k + 4]
         a0 += w[TRIAL + 4] - x
         a1 += w[TRIAL + 5] - y
         a2 += w[TRIAL + 6]
@@ -419,6 +423,7 @@ def add_span_pulls(w: Array, hole: Array, columns: int) -> None:
         w[LOW + 4] += fy
         w[LOW + 5] += fz
         fx, fy, fz = tension * e0, tension * e1, high * e2
+        x, y = w[TENDONS + PER_TENDON * k + 5], w[TENDONS + PER_TENDON * k + 6]
         w[BODY] -= y * fz
         w[BODY + 1] += x * fz
         w[BODY + 2] -= x * fy - y * fx
@@ -427,13 +432,14 @@ def add_span_pulls(w: Array, hole: Array, columns: int) -> None:
         w[BODY + 5] -= fz
         for c in range(columns):
             length = w[SPAN + 3]
-            tension = w[TENDONS + 3 * k] / length
-            low = w[TENDONS + 3 * k + 1] / length
-            high = w[TENDONS + 3 * k + 2] / length
+            tension = w[TENDONS + PER_TENDON * k] / length
+            low = w[TENDONS + PER_TENDON * k + 1] / length
+            high = w[TENDONS + PER_TENDON * k + 2] / length
             r00, r01, r02 = three(w, TURN)
             r10, r11, r12 = three(w, TURN + 3)
             r20, r21, r22 = three(w, TURN + 6)
             tx, ty, tz = column(w, TRIAL + 7 + c)
+            x, y = w[TENDONS + PER_TENDON * k + 5], w[TENDONS + PER_TENDON * k + 6]
             c0, c1, c2 = -tz * y, tz * x, tx * y - ty * x  # turn x hole
             s0 = r00 * c0 + r01 * c1 + r02 * c2 + w[TRIAL + 25 + c]
             s1 = r10 * c0 + r11 * c1 + r12 * c2 + w[TRIAL + 31 + c]
@@ -442,6 +448,7 @@ def add_span_pulls(w: Array, hole: Array, columns: int) -> None:
             along = d0 * s0 + d1 * s1 + d2 * s2
             s0, s1, s2 = s0 - d0 * along, s1 - d1 * along, s2 - d2 * along
             fx, fy, fz = tension * s0, tension * s1, low * s2
+            x, y = w[TENDONS + PER_TENDON * k + 3], w[TENDONS + PER_TENDON * k + 4]
             w[LOW_SLOPE + c] += y * fz
             w[LOW_SLOPE + 6 + c] -= x * fz
             w[LOW_SLOPE + 12 + c] += x * fy - y * fx
@@ -456,6 +463,7 @@ def add_span_pulls(w: Array, hole: Array, columns: int) -> None:
             fx = -tension * (r00 * s0 + r10 * s1 + r20 * s2 + (ty * e2 - tz * e1))
             fy = -tension * (r01 * s0 + r11 * s1 + r21 * s2 + (tz * e0 - tx * e2))
             fz = -high * (r02 * s0 + r12 * s1 + r22 * s2 + (tx * e1 - ty * e0))
+            x, y = w[TENDONS + PER_TENDON * k + 5], w[TENDONS + PER_TENDON * k + 6]
             w[COLUMNS + c] -= y * fz
             w[COLUMNS + 6 + c] += x * fz
             w[COLUMNS + 12 + c] -= x * fy - y * fx
@@ -566,6 +574,7 @@ def sections(
     path: int,
     rod: Array,
     hole: Array,
+    holes: Array,
     span: Array,
     wrench: Array,
     start: tuple[Array, Array],
@@ -575,7 +584,10 @@ def sections(
 ) -> None:
     """Fill the sections' ends, with `derive` their derivatives, too.
 
-    `start`: strain and inverse stiffness of `start_laws`.
+    Args:
+        path, rod, hole, holes, span, wrench: as of `rod_balance.TendonRod` and `RodState`.
+        start: strain and inverse stiffness of `start_laws`.
+        w: the workspace.
     """
     strain, inverse = start
     turn, shift, turn_slope, end, here, low, low_slope = ends
@@ -594,7 +606,7 @@ def sections(
                 w[(COMPLIANCE + q) * LANES + i] = rod[j, q]
             w[STEP * LANES + i] = rod[j, LENGTH] / steps
             for k in range(tendons):
-                w[(TENDONS + 3 * k) * LANES + i] = span[k, j]
+                w[(TENDONS + PER_TENDON * k) * LANES + i] = span[k, j]
             if along:
                 for q in range(6):
                     w[(STIFFNESS + q) * LANES + i] = 1.0 / rod[j, q] if rod[j, q] > 0.0 else 0.0
@@ -609,12 +621,14 @@ def sections(
                             below = 0.5 * (span[k, j - 1] + span[k, j])
                         if j + 1 < n and span[k, j + 1] > 0.0:
                             both = 0.5 * (span[k, j] + span[k, j + 1])
-                    w[(TENDONS + 3 * k + 1) * LANES + i] = span[k, j] - below
-                    w[(TENDONS + 3 * k + 2) * LANES + i] = span[k, j] - both
+                    w[(TENDONS + PER_TENDON * k + 1) * LANES + i] = span[k, j] - below
+                    w[(TENDONS + PER_TENDON * k + 2) * LANES + i] = span[k, j] - both
+                    for q in range(4):
+                        w[(TENDONS + PER_TENDON * k + 3 + q) * LANES + i] = holes[k, j + q // 2, q % 2]
         integrate(side_by_side, hole, steps, along, columns)
         set_body_wrenches(side_by_side, columns)
-        if not along:
-            add_span_pulls(side_by_side, hole, columns)
+        if path in (PROJECTED, EYELETS):
+            add_span_pulls(side_by_side, tendons, columns)
         for i in range(min(LANES, n - first)):
             j = first + i
             for q in range(3):
@@ -640,6 +654,7 @@ def sections_of_eights(
     path: int,
     rod: Array,
     hole: Array,
+    holes: Array,
     span: Array,
     wrench: Array,
     start: tuple[Array, Array],
@@ -659,7 +674,7 @@ def sections_of_eights(
         for q in range(6):
             v[WRENCH + q], v[COMPLIANCE + q] = wrench[j, q], rod[j, q]
         for k in range(tendons):
-            v[TENDONS + 3 * k] = span[k, j]
+            v[TENDONS + PER_TENDON * k] = span[k, j]
         if along:
             for q in range(6):
                 v[STIFFNESS + q] = 1.0 / rod[j, q] if rod[j, q] > 0.0 else 0.0
@@ -673,12 +688,14 @@ def sections_of_eights(
                     below = 0.5 * (span[k, j - 1] + span[k, j])
                 if path == PROJECTED and j + 1 < n:
                     both = select_less(0.0, span[k, j + 1], 0.5 * (span[k, j] + span[k, j + 1]), 0.0)
-                v[TENDONS + 3 * k + 1] = select_less(0.0, span[k, j], span[k, j] - below, 0.0)
-                v[TENDONS + 3 * k + 2] = span[k, j] - both
+                v[TENDONS + PER_TENDON * k + 1] = select_less(0.0, span[k, j], span[k, j] - below, 0.0)
+                v[TENDONS + PER_TENDON * k + 2] = span[k, j] - both
+                for q in range(4):
+                    v[TENDONS + PER_TENDON * k + 3 + q] = 0.0 * span[k, j] + holes[k, j + q // 2, q % 2]
         integrate(v, hole, steps, along, columns)
         set_body_wrenches(v, columns)
-        if not along:
-            add_span_pulls(v, hole, columns)
+        if path in (PROJECTED, EYELETS):
+            add_span_pulls(v, tendons, columns)
         for q in range(3):
             shift[j, q] = v[TRIAL + 4 + q]
             for c in range(3):

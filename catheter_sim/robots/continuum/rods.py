@@ -1,4 +1,4 @@
-"""Cosserat rods with tendons: the static models VC, VC_ref and VC_ref_noproj."""
+"""Cosserat rods with tendons: the static models VC, VC_moment, VC_tip_force, VC_ref and VC_ref_noproj."""
 
 from __future__ import annotations
 
@@ -20,7 +20,13 @@ from catheter_sim.errors import InputError
 from catheter_sim.mechanics.eight import LANES
 from catheter_sim.robots.continuum import rod_sections
 from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
-from catheter_sim.robots.continuum.description import disk_masses, disks, last_disk
+from catheter_sim.robots.continuum.description import (
+    disk_masses,
+    disks,
+    hole_xy_m,
+    last_disk,
+    winds_or_converges,
+)
 from catheter_sim.robots.continuum.rod_balance import NEAR_RAD, RodRows, TendonRod, follow, follow_together
 from catheter_sim.robots.continuum.rod_sections import measure_paths
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
@@ -69,7 +75,7 @@ class RodProblem:
         segment: index of the segment that it belongs to, shape (n,).
         disk_z_m: heights of the disks in the straight robot, disk 0 first, shape (n + 1,) [m].
         disk_mass_kg: of disks 1 to n, shape (n,) [kg].
-        hole_m: (x, y) of each tendon's holes in the disks' frames, shape (t, 2) [m].
+        hole_m: (x, y) of each tendon's hole in each disk, in its frame, shape (t, n + 1, 2) [m].
         last_disk: number of the disk in which each tendon ends, 1 to n, shape (t,).
         mu: capstan coefficient at every hole, the base's included.
     """
@@ -120,6 +126,7 @@ def problem(robot: ContinuumRobot) -> RodProblem:
         raise InputError(f"{robot.name}: {reason}: the rod models do not carry it; 'CC' does")
     parts = [segment for segment in robot.segments for _ in range(disks(robot, segment))]
     length = np.array([segment.length_m / disks(robot, segment) for segment in parts])
+    heights = np.concatenate([[0.0], np.cumsum(length)])
 
     def scaled(name: str) -> Array:
         return robot.stiffness_scale * np.array([float(getattr(segment, name)) for segment in parts])
@@ -135,14 +142,11 @@ def problem(robot: ContinuumRobot) -> RodProblem:
         segment=np.repeat(
             np.arange(len(robot.segments)), [disks(robot, segment) for segment in robot.segments]
         ),
-        disk_z_m=np.concatenate([[0.0], np.cumsum(length)]),
+        disk_z_m=heights,
         disk_mass_kg=disk_masses(robot),
-        hole_m=np.array(
-            [
-                [item.radius_m * math.cos(item.angle_rad), item.radius_m * math.sin(item.angle_rad)]
-                for item in robot.tendons
-            ]
-        ).reshape(-1, 2),
+        hole_m=np.array([[hole_xy_m(robot, item, z) for z in heights] for item in robot.tendons]).reshape(
+            -1, len(heights), 2
+        ),
         last_disk=np.array([last_disk(robot, item) for item in robot.tendons], dtype=np.intp),
         mu=robot.friction.mu,
     )
@@ -175,6 +179,11 @@ def _unsupported_segment(segment: Segment) -> str:
     return ""
 
 
+def unsupported_along(robot: ContinuumRobot) -> str:
+    """Return the same of models whose tendons run beside the backbone, alike in all disks."""
+    return unsupported(robot) or ("tendons that wind or converge" if winds_or_converges(robot) else "")
+
+
 def is_rod(robot: ContinuumRobot) -> bool:
     """Return whether the rod models carry `robot`: linear, straight at rest, on a mount that holds."""
     return not unsupported(robot)
@@ -197,10 +206,20 @@ def load(rod: RodProblem, inputs: Inputs, gravity_mps2: Array) -> RodLoad:
     return RodLoad(tension_N=tension, force_N=force, moment_N_m=moment)
 
 
+def middles(rod: RodProblem) -> Array:
+    """Return where straight tendons pass the middles of the straight robot's subsegments, (t, n, 2) [m]."""
+    return np.asarray(0.5 * (rod.hole_m[:, 1:] + rod.hole_m[:, :-1]))
+
+
+def _radii(rod: RodProblem) -> Array:
+    """Return the largest distance of each tendon's holes from the backbone, shape (t,) [m]."""
+    return np.asarray(np.hypot(rod.hole_m[..., 0], rod.hole_m[..., 1]).max(axis=1))
+
+
 def linear_bends(rod: RodProblem, loads: RodLoad) -> Array:
     """Return the bends toward +x and +y that the straight robot's moments give, shape (r, n, 2) [rad]."""
     runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]  # (t, n)
-    by_tendon = loads.tension_N @ (rod.hole_m[:, :, None] * runs[:, None]).transpose(1, 0, 2)  # (2, r, n)
+    by_tendon = loads.tension_N @ (middles(rod) * runs[:, :, None]).transpose(2, 0, 1)  # (2, r, n)
 
     def beyond(value: Array) -> Array:
         return np.cumsum(value[:, ::-1], axis=1)[:, ::-1]
@@ -242,6 +261,17 @@ class SolvedRods(Protocol):
         """Share of the load that is balanced, 1 where all of it is, shape (r,)."""
 
 
+def require_reached(model: str, robot: ContinuumRobot, inputs: Inputs, reached: Array) -> None:
+    """Raise `InputError` where a row's load was not reached; arguments as of `run_of`."""
+    lost = reached < 1.0
+    if lost.any():
+        row = int(np.argmax(lost))
+        raise InputError(
+            f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
+            f"{100.0 * reached[row]:.3g} % of the load"
+        )
+
+
 def run_of(
     model: str,
     robot: ContinuumRobot,
@@ -263,13 +293,7 @@ def run_of(
     Raises:
         InputError: a row whose load was not reached.
     """
-    lost = found.reached < 1.0
-    if lost.any():
-        row = int(np.argmax(lost))
-        raise InputError(
-            f"{robot.name}: {model} finds no equilibrium at {row_name(inputs, row)}: from rest it gets to "
-            f"{100.0 * found.reached[row]:.3g} % of the load"
-        )
+    require_reached(model, robot, inputs, found.reached)
     shapes = postures(robot, rod, found.p_w, found.R_w, found.load.tension_N, found.span_tension)
     return StaticRun(model, inputs, gravity_mps2, shapes, residual)
 
@@ -442,7 +466,7 @@ def tensions(
     """
     target = drive.displacement_m + drive.pretension_N / drive.stiffness_N_per_m
     typical = _bending_tensions(rod)
-    bending = np.hypot(rod.hole_m[:, 0], rod.hole_m[:, 1]) / typical  # compliance at the tendon, [m/N]
+    bending = _radii(rod) / typical  # compliance at the tendon, [m/N]
     tension, good = np.zeros(target.shape), np.zeros(len(target), dtype=bool)
     for softening in (_AT_ONCE, _SOFTENING):
         left = np.flatnonzero(~good)
@@ -472,7 +496,7 @@ def _balanced(
     """
     rows, tendons = target.shape
     tension, good = loads.tension_N.copy(), np.zeros(rows, dtype=bool)
-    straight = rod.disk_z_m[rod.last_disk]
+    straight = lengths_at_rest(rod)
     shift = np.concatenate([np.zeros((1, tendons)), np.diag(_DIFFERENCE * typical)])
     left = np.arange(rows)
     for _ in range(_MOST_ROUNDS):
@@ -488,7 +512,7 @@ def _balanced(
         kept = (found.reached == 1.0).reshape(-1, tendons + 1).all(axis=1)
         new = np.zeros((len(left), tendons))
         for row in np.flatnonzero(kept):
-            new[row] = _taut(slope[row], constant[row])
+            new[row] = taut(slope[row], constant[row])
         change = (np.abs(new - tension[left]) / typical).max(axis=1)
         kept &= change < _FARTHEST
         tension[left[kept]] = new[kept]
@@ -501,12 +525,12 @@ def _balanced(
 
 def _bending_tensions(rod: RodProblem) -> Array:
     """Return the tension of each tendon that would bend the robot by 1 rad, shape (t,) [N]."""
-    radius = np.maximum(np.hypot(rod.hole_m[:, 0], rod.hole_m[:, 1]), 1e-3 * rod.disk_z_m[-1])
+    radius = np.maximum(_radii(rod), 1e-3 * rod.disk_z_m[-1])
     compliance = np.cumsum(rod.length_m / rod.bending_N_m2)[rod.last_disk - 1]
     return np.asarray(1.0 / (radius * compliance))
 
 
-def _taut(matrix: Array, constant: Array) -> Array:
+def taut(matrix: Array, constant: Array) -> Array:
     """Return T >= 0 with w = matrix T + constant >= 0 and T w = 0, by exchange of taut and slack tendons."""
     size = len(constant)
     taut = constant < 0.0
@@ -527,9 +551,16 @@ def _taut(matrix: Array, constant: Array) -> Array:
     return np.maximum(result, 0.0)
 
 
+def lengths_at_rest(rod: RodProblem) -> Array:
+    """Return the lengths of the tendons' paths in the straight robot, shape (t,) [m]."""
+    aside = np.linalg.norm(np.diff(rod.hole_m, axis=1), axis=2)
+    runs = np.arange(len(rod.length_m)) < rod.last_disk[:, None]
+    return np.asarray((np.hypot(rod.length_m, aside) * runs).sum(axis=1))
+
+
 def straight_lengths(found: SolvedRods, rod: RodProblem) -> Array:
     """Return the lengths of tendons that are straight from disk to disk, shape (r, t) [m]."""
-    at = found.p_w[:, :, None] + np.einsum("rjab,tb->rjta", found.R_w[..., :2], rod.hole_m)
+    at = found.p_w[:, :, None] + np.einsum("rjab,tjb->rjta", found.R_w[..., :2], rod.hole_m)
     spans = np.linalg.norm(np.diff(at, axis=1), axis=-1)  # (r, n, t)
     runs = np.arange(spans.shape[1])[:, None] < rod.last_disk
     return np.asarray((spans * runs).sum(axis=1))
@@ -549,9 +580,11 @@ PATHS = {
     "projected": rod_sections.PROJECTED,
     "eyelets": rod_sections.EYELETS,
     "lumens": rod_sections.LUMENS,
+    "moment": rod_sections.MOMENT,
+    "tip_force": rod_sections.TIP_FORCE,
 }
 # Steps of the integration along the whole robot: the tip is then within 2e-7 of the length.
-STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40}
+STEPS = {"continuous": 40, "projected": 80, "eyelets": 80, "lumens": 40, "moment": 80, "tip_force": 80}
 _ROUGHER = 4  # steps of the balance, over those of its derivative
 
 
@@ -598,8 +631,9 @@ def equilibria(
     Args:
         rod: the robot.
         loads: tensions, forces and moments, r rows.
-        path: "continuous" (VC), "projected" (VC_ref), "eyelets" (VC_ref_noproj), or "lumens": as
-            "continuous" with the forces of passing tendons where another one ends, which VC leaves out.
+        path: "continuous" (VC), "projected" (VC_ref), "eyelets" (VC_ref_noproj), "moment" (VC_moment),
+            "tip_force" (VC_tip_force), or "lumens": as "continuous" with the forces of passing tendons
+            where another one ends, which VC leaves out.
         steps: of the integration along the whole robot, at least; 0: as in `STEPS`.
         longest_step: share of the load that one step of a way may take.
         threads: among which the rows are shared out.
@@ -619,10 +653,11 @@ def equilibria(
     )
     rough, fine = sections(rod, (steps or STEPS[path]) // _ROUGHER), sections(rod, steps or STEPS[path])
     shift = np.zeros((rows, n, 3))
-    hole, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
+    holes, tension = np.ascontiguousarray(rod.hole_m), np.ascontiguousarray(loads.tension_N)
+    hole = np.ascontiguousarray(holes[:, 0])
     applied = np.concatenate([loads.moment_N_m, loads.force_N], axis=2)
 
-    robot = TendonRod(PATHS[path], rough, fine, hole, rod.last_disk, float(rod.mu))
+    robot = TendonRod(PATHS[path], rough, fine, hole, holes, rod.last_disk, float(rod.mu))
     together = rows >= LANES and rod.mu == 0.0 and longest_step >= 1.0
     far = far_from_before(rod, loads) if together else np.zeros(rows, dtype=bool)
 
@@ -656,8 +691,10 @@ def path_lengths(found: Equilibria) -> Array:
     if found.path in ("projected", "eyelets"):
         return straight_lengths(found, rod)
     length = np.zeros(found.load.tension_N.shape)
+    # Where tendons act at their ends alone, the wrench is the backbone's: none of it is theirs.
+    along = found.span_tension * (found.path in ("continuous", "lumens"))
     measure_paths(
-        sections(rod, 1), np.ascontiguousarray(rod.hole_m), rod.last_disk, found.span_tension, found.wrench,
+        sections(rod, 1), np.ascontiguousarray(rod.hole_m[:, 0]), rod.last_disk, along, found.wrench,
         found.p_w, found.R_w, length,
     )  # fmt: skip
     return length
@@ -726,6 +763,25 @@ def vc(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
         InputError: the robot or the inputs are not for this model, or a row has no equilibrium.
     """
     return static_run("VC", "continuous", robot, inputs, gravity_mps2)
+
+
+# ----------------------------------------------------------------------------------------------------
+# The static models VC_moment and VC_tip_force: a Cosserat rod that tendons load at their ends alone.
+#
+# Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Section 5.1.1, Eqs 24-25). The force is along the last
+# disk's normal, toward the base; what the tendons do on their way is left out. Of an arc the moment alone is
+# right (Camarillo 2008b); force and moment together miss what holds the tendon to the backbone, and bend too
+# little.
+
+
+def vc_moment(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures of `robot` whose tendons are moments at their ends (Eq. 25); see `vc`."""
+    return static_run("VC_moment", "moment", robot, inputs, gravity_mps2)
+
+
+def vc_tip_force(robot: ContinuumRobot, inputs: Inputs, gravity_mps2: Array) -> StaticRun:
+    """Return the postures of `robot` whose tendons are forces at their ends (Eqs 24-25); see `vc`."""
+    return static_run("VC_tip_force", "tip_force", robot, inputs, gravity_mps2)
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -63,6 +63,10 @@ class Tendon:
     pretension_N: float = 0.0  # of a displacement-driven tendon at zero displacement, the robot as unloaded
     channel_gain: float = 1.0  # displacement over its channel's; -1: let out as far as the channel is pulled
     slack_m: float = 0.0  # by which a displacement-driven tendon is too long at rest
+    # Routing from the base to its end, both evenly along the robot: its distance from the backbone comes to
+    # `end_radius_m` (0: stays `radius_m`), and its holes turn about the backbone by `turn_rad`.
+    end_radius_m: float = 0.0
+    turn_rad: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

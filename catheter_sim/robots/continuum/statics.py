@@ -5,13 +5,26 @@ from __future__ import annotations
 from catheter_sim.core.statics import StaticModel, unless
 from catheter_sim.robots.continuum.constant_curvature import constant_curvature
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm, fkm_sliding
+from catheter_sim.robots.continuum.four_bar import four_bar
 from catheter_sim.robots.continuum.kato import fkm, fkm_stick, pcca
-from catheter_sim.robots.continuum.lumped import cc_sub, prb, prb_middle
+from catheter_sim.robots.continuum.lumped import cc_sub, prb, prb_middle, prb_no_twist, prb_one
+from catheter_sim.robots.continuum.modal import haar, lacks, polynomial, taylor
 from catheter_sim.robots.continuum.planar import bends_in_plane
-from catheter_sim.robots.continuum.rods import unsupported, vc, vc_ref, vc_ref_noproj
+from catheter_sim.robots.continuum.rods import (
+    unsupported,
+    unsupported_along,
+    vc,
+    vc_moment,
+    vc_ref,
+    vc_ref_noproj,
+    vc_tip_force,
+)
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 
-_PLANAR = unless(bends_in_plane, "bending out of the xz plane, several hinges a cell or off its middle")
+_PLANAR = unless(
+    bends_in_plane,
+    "bending out of the xz plane, several hinges a cell or off its middle, tendons that wind or converge",
+)
 
 MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
     # Planar robots, driven by tension.
@@ -49,6 +62,12 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         constant_curvature,
     ),
     StaticModel(
+        "four_bar",
+        "four-bar linkages driven by lengths (Rao 2021, Section 4.1); by tensions VC_ref's lengths",
+        four_bar,
+        unsupported_along,
+    ),
+    StaticModel(
         "CC_sub",
         "one arc per subsegment, twist, tendons straight between disks (Rao 2021, Eqs 43-47), friction",
         cc_sub,
@@ -67,10 +86,52 @@ MODELS: tuple[StaticModel[ContinuumRobot], ...] = (
         unsupported,
     ),
     StaticModel(
+        "PRB_no_twist",
+        "PRB without torsion (Rao 2021, Eqs 12, 48-53): near PRB in a plane, off under loads across it",
+        prb_no_twist,
+        unsupported,
+    ),
+    StaticModel(
+        "PRB_one",
+        "one spring joint per subsegment, in its middle (Rao 2021, Section 3.2.2), twist, friction",
+        prb_one,
+        unsupported,
+    ),
+    StaticModel(
+        "polynomial",
+        "curvature of degree 2 along each segment, twist, by energy (Rao 2021, Section 3.2.3)",
+        polynomial,
+        lacks,
+    ),
+    StaticModel(
+        "haar",
+        "curvature by Haar's wavelets, constant on quarters of a segment, twist, by energy (Rao 2021, 3.2.3)",
+        haar,
+        lacks,
+    ),
+    StaticModel(
+        "taylor",
+        "one arc per segment, its pose a Taylor series in the bend, by energy (Rao 2021, Section 3.2.3)",
+        taylor,
+        lacks,
+    ),
+    StaticModel(
         "VC",
         "Cosserat rod, tendons held to its shape everywhere (Rao 2021, Eqs 24-41), friction, weight",
         vc,
-        unsupported,
+        unsupported_along,
+    ),
+    StaticModel(
+        "VC_moment",
+        "Cosserat rod, tendons as moments at their ends (Rao 2021, Eq. 25): an arc where nothing else acts",
+        vc_moment,
+        unsupported_along,
+    ),
+    StaticModel(
+        "VC_tip_force",
+        "Cosserat rod, tendons as forces at their ends (Rao 2021, Eqs 24-25): bends too little",
+        vc_tip_force,
+        unsupported_along,
     ),
     StaticModel(
         "VC_ref",

@@ -6,7 +6,7 @@ others go through arcs of constant curvature, all at once (`robots.continuum.arc
 straight between disks, as in the simulation. Where a load acts or tendons rub, a segment's curvature varies
 along it: then it is several arcs (`arcs_of`). A single one errs by half of what a force on the tip does to a
 robot whose tendons are held; the error falls as the square of their number. Robots of three segments or more
-keep single arcs, since every row costs so much more: of the example of a trunk that hangs in its own weight
+keep single arcs, since every row costs so much more. Of the example of a trunk that hangs in its own weight
 they err by 3.6 mm, two of each segment would by 0.7 mm in four times the time.
 """
 
@@ -25,7 +25,7 @@ from catheter_sim.core.statics import OneByOne, StaticModel, Twin, TwinStates
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import solve_rows
 from catheter_sim.robots.continuum.constant_curvature import arc_robots, joint_values, loads, places, turns
-from catheter_sim.robots.continuum.description import axes_of, disks, links, outputs
+from catheter_sim.robots.continuum.description import axes_of, disks, links, outputs, winds_or_converges
 from catheter_sim.robots.continuum.exact_arm import FKM_EXACT_ARM as MODEL
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.planar import bends_in_plane, hinge_faces, joint_angles, rotations
@@ -103,7 +103,8 @@ def _varies(robots: Sequence[ContinuumRobot], arriving: Sequence[Inputs], gravit
     """Return whether something acts that makes a segment's curvature vary along it."""
     heavy = gravity_mps2.any() and any(segment.mass_kg for item in robots for segment in item.segments)
     loaded = any(item.force_tip.any() or item.moment_tip.any() for item in arriving)
-    return bool(heavy or loaded or any(robot.friction.mu for robot in robots))
+    routed = winds_or_converges(robots[0])
+    return bool(heavy or loaded or routed or any(robot.friction.mu for robot in robots))
 
 
 @dataclass(frozen=True)

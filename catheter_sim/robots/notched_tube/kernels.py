@@ -100,9 +100,11 @@ def shape(
 ) -> None:  # fmt: skip
     """Fill a notch's geometry in the frame of its lower edge.
 
-    p: upper end of the centroid line from the lower one; pw: its derivative by w, V: the turn by w (left
-    Jacobian); lw: derivative of the tendon's span by w; rest: the span, its derivative by the centroid
-    line's length, and its turns at the lower and the upper edge.
+    - p: upper end of the centroid line from the lower one.
+    - pw: its derivative by w; V: the turn by w (left Jacobian).
+    - lw: derivative of the tendon's span by w.
+    - rest: the span, its derivative by the centroid line's length, and its turns at the lower and the upper
+      edge.
     """
     a, b, c = w[0], w[1], w[2]
     q = a * a + b * b + c * c
@@ -203,9 +205,13 @@ _NUDGE = 1e-6  # of w, for second derivatives of a notch's shape
 def workspace(n: int) -> tuple[Array, ...]:
     """Return the arrays that `evaluate` works in: made once for a whole history.
 
-    Of every notch: frames below and above, upper end of the centroid line, distal face, that line and its
-    slope by w, turn by w, slope of the span, the span; how these change with w; what acts beyond it; how it
-    moves and turns the rest; its tension's slope by all unknowns; its axial balance; and scratch.
+    Of every notch:
+
+    - frames below and above, upper end of the centroid line, distal face, that line and its slope by w, turn
+      by w, slope of the span, the span;
+    - how these change with w, and what acts beyond it;
+    - how it moves and turns the rest;
+    - its tension's slope by all unknowns, its axial balance, and scratch.
     """
     size = 3 * n + 1
     return (
@@ -401,9 +407,9 @@ def balance(
 ) -> float:
     """Fill what is left over at every notch, its stretch eliminated, and its own part of the Jacobian.
 
-    Kept in `own`: axial balance left over [N m], its slope by the stretch, the span's slope by the stretch,
-    then per w: slope of the axial balance, and the span's slope with the stretch eliminated. Returned is the
-    largest size of what is left over, the axial balance included.
+    Kept in `own`: axial balance left over [N m], its slope by the stretch, the span's slope by the stretch.
+    Then per w: slope of the axial balance, and the span's slope with the stretch eliminated. Returned is
+    the largest size of what is left over, the axial balance included.
     """
     notch, fibre, metal, axes, _ = tube
     w, stretch = bends

@@ -150,7 +150,7 @@ def place(
     """Move hinges and links in the models of many robots to where the notches' arcs have them.
 
     A link hangs on its notch's hinges so that it stands at the end of the arc, turned by the rotation vector
-    (-y, x, t) of the hinges' angles, and each hinge lies on the line about which the link turns now.
+    (-y, x, t) of the hinges' angles. Each hinge lies on the line about which the link turns now.
 
     Args:
         copies: which of m robots; all that changes has an axis of m before the others.

@@ -1,4 +1,4 @@
-"""What a notched tube looks like: rings and strips of wall, what is drawn, and its centreline."""
+"""What a notched tube looks like: rings and strips of wall, what is drawn, and its axis."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 import trimesh
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.posture import Posture
 from catheter_sim.mjcf.parts import Part
 from catheter_sim.mjcf.solids import FIXED, NITI, circle, prism
 from catheter_sim.robots.notched_tube.description import notches
@@ -96,7 +95,7 @@ def _arc(radius: float, half: float) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------------------------------
-# What is drawn of a notched tube, and where its centreline is: the axis of its uncut pieces.
+# What is drawn of a notched tube, and which parts lie about its axis.
 
 CENTRELINE_PARTS: tuple[str, ...] = (TUBE_PREFIX,)
 
@@ -109,14 +108,6 @@ def meshes(robot: NotchedTubeRobot) -> Mapping[str, trimesh.Trimesh]:
 def parts(robot: NotchedTubeRobot, element: int) -> tuple[Part, ...]:
     """Return what a link shows: 0 for the fixed base, 1 to n for the links from base to tip."""
     return tube_parts(robot, element)
-
-
-def centreline(robot: NotchedTubeRobot, posture: Posture) -> Array:
-    """Return the axes of the base and of all uncut pieces, one after another, shape (2 n + 2, 3) [m]."""
-    uncut = np.array([[notch.uncut_m] for notch in notches(robot)])
-    begin = posture.p_w - uncut * posture.R_w[:, :, 2]
-    base = np.array([(0.0, 0.0, base_bottom_m(robot)), (0.0, 0.0, 0.0)])
-    return np.concatenate([base, np.stack([begin, posture.p_w], axis=1).reshape(-1, 3)])
 
 
 def geom_places(robot: NotchedTubeRobot, model: mujoco.MjModel) -> Array:

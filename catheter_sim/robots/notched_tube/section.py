@@ -130,8 +130,9 @@ def _open_torsion(segment: NotchedSegment, area: float) -> tuple[float, float]:
 def torsion_stiffness(segment: NotchedSegment, modulus_Pa: float, poisson_ratio: float) -> float:
     """Return the moment about the tube that twists one notch by a radian [N m/rad].
 
-    Both ends of a notch are held plane by the uncut tube: G J / h / (1 - tanh(u) / u), u = h / 2 times
-    sqrt(G J / (E Cw)) (Vlasov's theory; J and Cw of a thin wall: within some tens of percent of the truth).
+    Both ends of a notch are held plane by the uncut tube. So the stiffness is G J / h / (1 - tanh(u) / u),
+    u = h / 2 times sqrt(G J / (E Cw)) (Vlasov's theory). J and Cw are those of a thin wall: within some
+    tens of percent of the true value.
     """
     shape, height = section(segment), segment.notch_height_m
     twist = modulus_Pa / (2.0 * (1.0 + poisson_ratio)) * shape.torsion_constant_m4

@@ -816,9 +816,10 @@ def complete(
     """Return the postures by the complete Newton-Euler balance, with the friction's history.
 
     As long as one rod at a time pulls and no load is given, its tensions alone tell how it rubs
-    (`tensions`); weight makes that err by up to 0.35 mm at the tip of `chest_tube_section`. Where
+    (`tensions`). Weight makes that err by up to 0.35 mm at the tip of `chest_tube_section`. Where
     several rods are tense at once, or a force or moment acts on the tip or on links, friction goes by how
-    rods slide, as in `complete_sliding`: tensions alone err there by up to 190 mm at the tip of `chest_tube`.
+    rods slide, as in `complete_sliding` . Tensions alone err there by up to 190 mm at the tip of
+    `chest_tube`.
 
     Args:
         robot: a robot of rolling joints.

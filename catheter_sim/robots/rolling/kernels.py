@@ -377,7 +377,7 @@ def slide_and_bend_rods(
     spans. Further filled are, of `work`,
 
         rods: for each pulled rod and joint, shape (3, t, n): `SLOPE`, how its span's length changes with the
-            angle [m/rad]; `LACK`, by how much the share has to change, were the angles to stay; `STICKS`, 1
+            angle [m/rad]. `LACK`, by how much the share has to change, were the angles to stay. `STICKS`, 1
             where it does, 0 where it slips.
         kept: worked in, but its last row, shape (3, n): what `LACK` adds to the moments [N m].
     """
@@ -857,10 +857,10 @@ def follow(
 
     Friction goes by how rods slide, by the first `pre_sliding_m` with which an equilibrium is found; of none,
     by the tensions that it keeps.
-    `made` is filled for all s steps with what each did to the angles, NaN where it had to be cut, and where
-    rods slide with their shares after it: shape (s, 1, n) or (s, 1 + t, n). `guide` is `made` of a robot that
-    is much alike; of no steps: none is known.
-    `acting` and `steps`, shape (r,), have a value a row, and `found` is filled row by row.
+    `made` is filled for all s steps with what each did to the angles, NaN where it had to be cut. Where
+    rods slide it is filled with their shares after it: shape (s, 1, n) or (s, 1 + t, n). `guide` is `made`
+    of a robot that is much alike; of no steps: none is known. `acting` and `steps`, shape (r,), have a
+    value a row, and `found` is filled row by row.
     """
     rows, n = found.theta.shape
     before, start, work = 0, 0, workspace(n, chain.pulled)

@@ -257,7 +257,7 @@ def pack_holes(chain: RollingChain) -> Array:
     """Return what the turns need of the pulled rods' holes, shape (t, 4, n) [m].
 
     That is the lines along which a rod lies in the bent and in the straight hole, `offset` plus and minus
-    `clearance`, the mouth below the gap, and the countersink's depth below the next link's top.
+    `clearance`. Besides, the mouth below the gap, and the countersink's depth below the next link's top.
     """
     joint, rod = pack(chain)
     pulled = rod[:, : chain.pulled]

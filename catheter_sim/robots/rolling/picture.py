@@ -1,4 +1,4 @@
-"""What a robot of rolling joints looks like: its links as meshes, what is drawn, its centreline."""
+"""What a robot of rolling joints looks like: its links as meshes, what is drawn, its axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import numpy as np
 import trimesh
 
 from catheter_sim.arrays import Array
-from catheter_sim.core.posture import Posture
 from catheter_sim.mjcf.names import face
 from catheter_sim.mjcf.parts import Part
 from catheter_sim.mjcf.solids import FIXED, Bore, Colour, bored, together
@@ -188,14 +187,14 @@ def _is_soft(segment: RollingSegment) -> bool:
     return math.isfinite(segment.link_modulus_Pa)
 
 
-def _profile(joint: RollingJoint, u: Array) -> Array:
+def profile_height(joint: RollingJoint, u: Array) -> Array:
     """Return the height of a link's lower face; as `arc_height` but for links too short to have it."""
     return np.minimum(arc_height(joint, u), _FACE * joint.link_length_m)
 
 
 def _lower_mouth(joint: RollingJoint, hole: Hole) -> float:
     """Return where the straight part of a hole begins above a link's profile [m]."""
-    face = float(_profile(joint, np.array(hole.place[joint.axis])))
+    face = float(profile_height(joint, np.array(hole.place[joint.axis])))
     return min(face + hole.countersink, _LOWER * joint.link_length_m)
 
 
@@ -203,7 +202,9 @@ def _seam(robot: RollingRobot, joint: RollingJoint) -> float:
     """Return where the top of a soft link begins: a third of the way up its straight part [m]."""
     outer = joint.segment.outer_radius_m
     drawn = holes(robot, joint.segment)
-    low = max(*_profile(joint, np.array([-outer, outer])), *(_lower_mouth(joint, hole) for hole in drawn))
+    low = max(
+        *profile_height(joint, np.array([-outer, outer])), *(_lower_mouth(joint, hole) for hole in drawn)
+    )
     high = joint.link_length_m - max((hole.countersink for hole in drawn), default=0.0)
     return low + (max(high, _UPPER * joint.link_length_m) - low) / 3.0
 
@@ -225,7 +226,13 @@ def _link(robot: RollingRobot, joint: RollingJoint, top: float) -> trimesh.Trime
         # The lower half of a soft link ends within its top, where nobody sees its mouths.
         bores.append(_bore(hole, z_from, z_to if top == length else 0.5 * (z_from + top)))
     return bored(
-        outer, _OUTER_SECTIONS, bores + _lumen(robot, outer), partial(_profile, joint), cuts, joint.axis, top
+        outer,
+        _OUTER_SECTIONS,
+        bores + _lumen(robot, outer),
+        partial(profile_height, joint),
+        cuts,
+        joint.axis,
+        top,
     )
 
 
@@ -267,11 +274,9 @@ def _lumen(robot: RollingRobot, outer: float) -> list[Bore]:
 
 
 # ----------------------------------------------------------------------------------------------------
-# What is drawn of a robot of rolling joints, and where its centreline is.
+# What is drawn of a robot of rolling joints, and which parts lie about its axis.
 #
-# It has no backbone: its links are round about its axis, so the middle of the links' own pixels is the
-# axis. In a joint's gap pixels are missing on one side, which moves the middle there a little: a tenth of a
-# pixel or two at 640 x 480.
+# It has no backbone: its links are round about its axis.
 
 CENTRELINE_PARTS: tuple[str, ...] = (LINK_PREFIX, BASE_PREFIX)
 
@@ -284,19 +289,6 @@ def meshes(robot: RollingRobot) -> Mapping[str, trimesh.Trimesh]:
 def parts(robot: RollingRobot, element: int) -> tuple[Part, ...]:
     """Return what a link shows: 0 for the fixed base, 1 to n for the links from base to tip."""
     return link_parts(robot, element)
-
-
-def centreline(robot: RollingRobot, posture: Posture) -> Array:
-    """Return the axes of the base piece and of all links, one after another, shape (2 n + 2, 3) [m].
-
-    Links are straight: the axis has a kink, and a step of a fraction of a millimetre, in each joint.
-    Each is taken from beside the face below it, whatever its length under load.
-    """
-    axis = posture.R_w[:, :, 2]
-    below = np.concatenate([np.zeros((1, 3)), posture.p_w[:-1]])
-    begin = posture.p_w - ((posture.p_w - below) * axis).sum(axis=1, keepdims=True) * axis
-    base = np.array([(0.0, 0.0, base_bottom_m(robot)), (0.0, 0.0, 0.0)])
-    return np.concatenate([base, np.stack([begin, posture.p_w], axis=1).reshape(-1, 3)])
 
 
 def geom_places(robot: RollingRobot, model: mujoco.MjModel) -> Array:

@@ -1,6 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from catheter_sim.robots.continuum import kato
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.kato import (
     ANTAGONISTIC_LOOP,
@@ -43,6 +46,16 @@ def test_distances_in_arching_leave_an_interval():
     low, high = friction_from_arching(fkm)
     assert low == pytest.approx(0.26, abs=0.01)
     assert high == pytest.approx(0.34, abs=0.01)
+
+
+def test_the_interval_holds_the_friction_at_the_printed_stiffness_alone(monkeypatch):
+    """`@arching`'s 0.3 lies in it; with a backbone a tenth stiffer or softer in the mapping it does not."""
+    nominal = kato.neuroendoscope_section()
+    for scale, inside in ((1.0, True), (1.1, False), (0.9, False)):
+        robot = replace(nominal, stiffness_scale=scale)
+        monkeypatch.setattr(kato, "neuroendoscope_section", lambda robot=robot: robot)
+        low, high = friction_from_arching(fkm)
+        assert (low < nominal.friction.mu < high) is inside, (scale, low, high)
 
 
 def test_identified_tension_gives_the_opening_back():

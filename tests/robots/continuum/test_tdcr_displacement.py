@@ -14,7 +14,7 @@ from catheter_sim.errors import InputError
 from catheter_sim.robots.continuum import lumped, rods
 from catheter_sim.robots.continuum.constant_curvature import drive_stiffness
 from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
-from catheter_sim.robots.continuum.rods import _taut, load, problem, straight_lengths
+from catheter_sim.robots.continuum.rods import load, problem, straight_lengths, taut
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.simulation.replay import simulate
 from catheter_sim.theory.static_models import STATIC_MODELS
@@ -170,8 +170,8 @@ def test_taut_and_slack_solve_the_linear_problem() -> None:
         for _ in range(50):
             half = rng.normal(size=(size, size))
             matrix, constant = half @ half.T + 1e-3 * np.eye(size), rng.normal(size=size)
-            taut = _taut(matrix, constant)
-            gap = matrix @ taut + constant
-            assert taut.min() >= 0.0
-            assert gap.min() > -1e-8 * np.abs(taut).max() - 1e-12
-            assert np.abs(taut * gap).max() < 1e-8 * max(1.0, np.abs(taut).max())
+            tension = taut(matrix, constant)
+            gap = matrix @ tension + constant
+            assert tension.min() >= 0.0
+            assert gap.min() > -1e-8 * np.abs(tension).max() - 1e-12
+            assert np.abs(tension * gap).max() < 1e-8 * max(1.0, np.abs(tension).max())

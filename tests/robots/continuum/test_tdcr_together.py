@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from catheter_sim.robots.continuum import lumped, rods
-from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE
+from catheter_sim.robots.continuum.lumped_kernels import ARC, LINKS, LINKS_MIDDLE, LINKS_ONE
 from catheter_sim.robots.continuum.published import spacer_disk
 from catheter_sim.robots.continuum.rods import RodLoad, RodProblem, problem
 
@@ -32,7 +32,7 @@ def _row(loads: RodLoad, k: int) -> RodLoad:
     return RodLoad(loads.tension_N[k : k + 1], loads.force_N[k : k + 1], loads.moment_N_m[k : k + 1])
 
 
-@pytest.mark.parametrize("model", [ARC, LINKS, LINKS_MIDDLE])
+@pytest.mark.parametrize("model", [ARC, LINKS, LINKS_MIDDLE, LINKS_ONE])
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 @pytest.mark.parametrize("softness", [1.0, 4.0])  # at 4 the loads are raised in steps
 def test_lumped_robots(model: int, mu: float, softness: float) -> None:

@@ -62,8 +62,7 @@ def loads(robot: RodProblem, tensions, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 
 
 def tendon_lengths(found: Equilibria) -> np.ndarray:
     """Return the lengths of straight tendons between the disks, shape (r, t) [m]."""
-    holes = np.concatenate([found.rod.hole_m, np.zeros((len(found.rod.hole_m), 1))], axis=1)
-    points = found.p_w[:, :, None] + np.einsum("rjab,tb->rjta", found.R_w, holes)
+    points = found.p_w[:, :, None] + np.einsum("rjab,tjb->rjta", found.R_w[..., :2], found.rod.hole_m)
     spans = np.linalg.norm(np.diff(points, axis=1), axis=-1)  # (r, n, t)
     runs = np.arange(spans.shape[1])[:, None] < found.rod.last_disk
     return (spans * runs).sum(axis=1)
@@ -239,7 +238,7 @@ def test_friction_between_disks_follows_the_spans_angles(path: str) -> None:
     mu = 0.25
     robot = rod(5, mu)
     found = equilibria(robot, loads(robot, [4.0, 1.0, 0.0], force=(0.0, 0.3, 0.0)), path)
-    hole = [*robot.hole_m[0], 0.0]
+    hole = [*robot.hole_m[0, 0], 0.0]
     points = found.p_w[0] + found.R_w[0] @ hole
     spans = np.diff(points, axis=0)
     spans /= np.linalg.norm(spans, axis=1, keepdims=True)
