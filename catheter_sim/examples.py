@@ -30,6 +30,11 @@ RAW: Mapping[str, tuple[str, str]] = {
         "catheter-sim import {}/take_1.csv {}/take_2.csv {}/take_3.csv --robot mitral_transseptal "
         "--spool-radius 10 -o my_data",
     ),
+    "catheter_log": (
+        "a tracker's export and a motors' log of a catheter with a hidden fault (made up by simulation)",
+        "catheter-sim import {}/tracker.csv --inputs {}/motors.csv --robot mitral_4dof --unit counts "
+        "--counts-per-turn 4096 --spool-radius 8 -o my_data",
+    ),
     "trunk": (
         "a real hanging trunk, recorded with nothing, 100 g and 300 g at its end",
         "catheter-sim diagnose {}/settled_300g --since {}/settled_000g -o report --jobs 2",

@@ -4,7 +4,7 @@
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
 bin="$venv/bin"
-"$bin/python" -c 'import material' 2>/dev/null ||
+"$bin/python" -c 'import ipykernel, jupytext, material, mkdocstrings, nbclient' 2>/dev/null ||
     "$bin/python" -m pip install -qq --disable-pip-version-check --editable '.[docs]' ||
     fail "the extra docs could not be installed"
 "$bin/python" scripts/reference_pages.py --check ||

@@ -3,9 +3,10 @@
     python scripts/look_at_pages.py results/site report.html -o results/looked_at
     python scripts/look_at_pages.py report.html --beside report.png
 
-A folder stands for every .html file below it but its 404.html, which only a server shows. Of each page and
-width it says: what is wider than the page and does not scroll by itself, words that look like keys
-(snake_case outside code, but the package's name), what failed to load, what the page's scripts complain of.
+A folder stands for every .html file below it but 404.html, which only a server shows, and pages that lead
+on to another. Of each page and width it says: what is wider than the page and does not scroll by itself,
+words that look like keys (snake_case outside code, but the package's name), what failed to load, what the
+page's scripts complain of.
 -o DIR gets a picture of each. The exit status is 1 where there is anything to say. --beside gets one
 picture of a report instead: light on a desk, dark on a telephone, the robot turned by hand. With --after
 PICTURE.png it shows that picture, and after it the top of the report on a desk.
@@ -71,12 +72,17 @@ def pages_of(names: list[str]) -> list[Path]:
     found: list[Path] = []
     for name in names:
         path = Path(name).resolve()
-        pages = [path] if path.is_file() else sorted(set(path.rglob("*.html")) - {path / "404.html"})
+        found_there = sorted(set(path.rglob("*.html")) - {path / "404.html"})
+        pages = [path] if path.is_file() else [page for page in found_there if not _leads_on(page)]
         if not pages:
             print(f"look_at_pages: {name}: no page there", file=sys.stderr)
             raise SystemExit(2)
         found += pages
     return found
+
+
+def _leads_on(page: Path) -> bool:
+    return 'http-equiv="refresh"' in page.read_text(encoding="utf-8")[:1000]
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""Write the pages of the documentation that are made from the code: commands, causes, Python names, numbers.
+"""Write the pages of the documentation that are made from the code: commands, causes, numbers.
 
     python scripts/reference_pages.py [--check]
 
@@ -88,11 +88,6 @@ The form `slack` of `backlash` is for the bending pairs of catheters. It is also
 channel pulls one tendon and lets another out (`channel_gain` below zero). There each tendon is too long by
 `slack_mm`, or by `slack_<channel>_mm` for one of several channels. It adds to the tendons' own `slack_mm` in
 the robot's file."""
-_PYTHON = """\
-# Names in Python
-
-`import catheter_sim as cs` gives the public names. Everything else may move. The tests run the examples."""
-
 _THRESHOLDS = """\
 # Numbers of a diagnosis
 
@@ -187,40 +182,6 @@ def effects_page() -> Iterator[str]:
     yield _ORDER
 
 
-def python_page() -> Iterator[str]:
-    """Yield the lines of the page of public names: signature and text of each."""
-    yield _PYTHON
-    for name in cs.__all__:
-        value = getattr(cs, name)
-        yield ""
-        yield f"## `cs.{name}`"
-        yield ""
-        yield "```text"
-        yield f"cs.{name}{_signature(value)}"
-        yield ""
-        yield inspect.getdoc(value) or ""
-        if inspect.isclass(value) and not issubclass(value, Exception):
-            yield from _methods(value)
-        yield "```"
-
-
-def _methods(value: type) -> Iterator[str]:
-    for name, member in vars(value).items():
-        if name.startswith("_") or not (inspect.isfunction(member) or isinstance(member, property)):
-            continue
-        text = inspect.getdoc(member) or ""
-        yield ""
-        yield f".{name}{_signature(member) if inspect.isfunction(member) else ''}"
-        yield "\n".join(f"    {line}".rstrip() for line in text.splitlines())
-
-
-def _signature(value: Any) -> str:
-    try:
-        return str(inspect.signature(value)).replace("'", "")
-    except (TypeError, ValueError):
-        return ""
-
-
 def thresholds_page() -> Iterator[str]:
     """Yield the lines of the page of thresholds: the constants of the diagnosis that say why."""
     yield _THRESHOLDS
@@ -248,7 +209,6 @@ def thresholds_of(path: Path) -> Iterator[tuple[str, str, str]]:
 PAGES = {
     "verbs.md": verbs_page,
     "effects.md": effects_page,
-    "python.md": python_page,
     "thresholds.md": thresholds_page,
 }
 

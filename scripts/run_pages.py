@@ -5,7 +5,8 @@
 A page's blocks are run in order in one empty folder. A block `console` has commands, each after `$ `, and
 what they print on standard output; a line `...` stands for any lines. A block `python` is run in one
 interpreter a page, and prints what the block `text` right below it shows, or nothing. A block `toml` is
-read as TOML. Pages `add_*.md` have a way of their own (`tests/docs/test_guides.py`).
+read as TOML. A block with a title (```toml title="arm.toml") is a file that the reader saves under this name.
+Pages `add_*.md` have a way of their own (`tests/docs/test_guides.py`).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_BLOCK = re.compile(r'^```(\w*)(?: title="([^"\n]+)")?\n(.*?)^```$', re.DOTALL | re.MULTILINE)
 _BELOW = re.compile(r"\s*^```(?:text)?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _INCLUDED = re.compile(r'^--8<-- "(.+)"$', re.MULTILINE)
 ANY = "..."
@@ -35,16 +36,23 @@ class Example:
     """One example of a page.
 
     Attributes:
-        kind: "console", "python" or "toml".
+        kind: "console", "python", "toml", or "file", which is saved.
         code: a command, or a block.
         shown: what stands below it.
         span: of what is shown, in the page's text.
+        name: of the file, relative to the folder.
     """
 
     kind: str
     code: str
     shown: str
     span: tuple[int, int]
+    name: str = ""
+
+    @property
+    def prints(self) -> bool:
+        """Whether it prints something that the page shows."""
+        return self.kind in ("console", "python")
 
 
 def pages() -> list[Path]:
@@ -59,9 +67,11 @@ def examples_of(text: str) -> list[Example]:
     """Return the examples in a page's text, in order."""
     found: list[Example] = []
     for block in _BLOCK.finditer(text):
-        kind, code = block[1], block[2]
-        if kind == "console":
-            found += _commands(code, block.start(2))
+        kind, name, code = block.groups()
+        if name:
+            found.append(Example("file", code, "", (block.end(), block.end()), name))
+        elif kind == "console":
+            found += _commands(code, block.start(3))
         elif kind == "python":
             below = _BELOW.match(text, block.end())
             shown, span = (below[1], below.span(1)) if below else ("", (block.end(), block.end()))
@@ -92,6 +102,11 @@ def run_page(text: str, folder: Path) -> list[tuple[Example, str]]:
 
 
 def _ran(example: Example, folder: Path, names: dict[str, object]) -> str:
+    if example.kind == "file":
+        path = folder / example.name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(example.code, encoding="utf-8")
+        return ""
     if example.kind == "toml":
         included = _INCLUDED.findall(example.code)
         tomllib.loads((ROOT / included[0]).read_text(encoding="utf-8") if included else example.code)
@@ -140,7 +155,7 @@ def agrees(shown: str, printed: str) -> bool:
 def rewritten(text: str, ran: list[tuple[Example, str]]) -> str:
     """Return a page's text with what its examples print now; what is elided stays so."""
     for example, printed in reversed(ran):
-        if example.kind != "toml" and not agrees(example.shown, printed):
+        if example.prints and not agrees(example.shown, printed):
             start, end = example.span
             lines = "".join(f"{line.rstrip()}\n" for line in printed.splitlines())
             if example.kind == "python" and not example.shown:
@@ -163,7 +178,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             ran = run_page(text, Path(folder))
         for example, printed in ran:
-            if example.kind != "toml" and not agrees(example.shown, printed):
+            if example.prints and not agrees(example.shown, printed):
                 wrong += not options.write
                 print(f"{path}: {example.code.strip().splitlines()[0][:80]}: printed otherwise:\n{printed}")
         if options.write:

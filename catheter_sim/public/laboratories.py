@@ -309,7 +309,7 @@ class Export:
         model: the file's text, its controls, and how each cause is carried.
         judgement: distances from the package's own simulation, and costs of what is left out [mm].
 
-    Example:
+    Examples:
         >>> import catheter_sim as cs
         >>> robot = cs.load_robot("notched_wrist")
         >>> exported = cs.export(robot)
@@ -394,7 +394,7 @@ def export(
         InputError: an unknown robot or engine, an impossible robot or effect, a file that cannot be written.
         SimulationDiverged: the package's own simulation does, on the loops.
 
-    Example:
+    Examples:
         >>> import catheter_sim as cs
         >>> sections = {"segments.section.disks": 5, "friction.mu": 0.0, "effects.actuation_gain.scale": 1.2}
         >>> exported = cs.export(cs.load_robot("neuroendoscope_section", sections), "section.xml")
