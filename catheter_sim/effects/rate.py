@@ -102,7 +102,7 @@ class _Limited:
 
 
 @dataclass(frozen=True)
-class _Servo:
+class _TopSpeed:
     """Drives that follow their commands at no more than a speed."""
 
     timed = True
@@ -159,7 +159,7 @@ EFFECT = Effect(
             stage=Stage.COMMAND,
             parameters=_servo,
             groups=lambda robot: common_then_each(robot, *_servo_names(robot)),
-            memory=_Servo(),
+            memory=_TopSpeed(),
             further=True,
         ),
         _form("output_lag", "output_lag_s * dy/dt = x - y", "output_lag_s", _BEHIND),

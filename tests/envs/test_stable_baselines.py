@@ -54,7 +54,7 @@ def test_another_way_to_start_anew_is_refused() -> None:
 def test_without_stable_baselines_the_extra_is_named() -> None:
     """One line says what to install."""
     env = gymnasium.make_vec(SECTION, 1, "vector_entry_point", threads=1, autoreset_mode="SameStep")
-    with pytest.raises(InputError, match=r"pip install 'catheter-sim\[train\]'"):
+    with pytest.raises(InputError, match=r"pip install stable-baselines3"):
         vec_env(env)
     env.close()
 

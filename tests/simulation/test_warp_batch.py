@@ -87,7 +87,7 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPat
         return find(name, *arguments, **named)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(InputError, match=r"pip install 'catheter-sim\[gpu\]'"):
+    with pytest.raises(InputError, match=r"pip install mujoco-warp warp-lang"):
         WarpBatch(load_robot("neuroendoscope_section"), 1)
 
 
