@@ -37,6 +37,7 @@ BUILT = "in the model that is built"
 IN_LOOPS = "in the loops that the joints' springs are fitted to"
 _FAR_OFF = 1e3  # inputs at which commands are probed, in file units: no tension is clamped there
 _TOLERANCE = 1e-6
+_NEAR, _NEAR_TOLERANCE = (0.1, 0.5, 2.0), 1e-4  # what levels off far out is no line near zero, in file units
 
 
 @dataclass(frozen=True)
@@ -208,14 +209,20 @@ def _affine_of(robot: RobotSpec, form: Form, values: Values) -> Affine | None:
         * unit
         * np.concatenate([np.ones((1, tendons)), np.ones((tendons, tendons)) + np.eye(tendons)])
     )
-    levels = np.concatenate([levels, levels[:1] * np.linspace(1.3, 1.7, tendons)])
+    levels = np.concatenate(
+        [levels, levels[:1] * np.linspace(1.3, 1.7, tendons), unit * np.outer(_NEAR, np.ones(tendons))]
+    )
     nothing = np.zeros((len(levels), 3))
     probe = Inputs(np.arange(float(len(levels))), robot.actuation, levels, nothing, nothing)
     got = form.command(robot, probe, values)
-    matrix = (got.tendon[1:-1] - got.tendon[0]).T / (_FAR_OFF * unit)
+    matrix = (got.tendon[1 : tendons + 1] - got.tendon[0]).T / (_FAR_OFF * unit)
     bias = got.tendon[0] - matrix @ levels[0]
     bias[np.abs(bias) < 1e-9 * _FAR_OFF * unit] = 0.0
-    straight = np.allclose(matrix @ levels[-1] + bias, got.tendon[-1], atol=_TOLERANCE * _FAR_OFF * unit)
+    line = levels @ matrix.T + bias
+    off = np.abs(line - got.tendon)
+    straight = (off[tendons + 1] <= _TOLERANCE * _FAR_OFF * unit).all()
+    near, asked = off[tendons + 2 :], line[tendons + 2 :] >= 0.0  # below, a tension may be clamped
+    straight = bool(straight and (near[asked] <= _NEAR_TOLERANCE * unit).all())
     steady = np.allclose(got.force_tip, got.force_tip[0]) and not got.moment_tip.any()
     return Affine(matrix, bias, got.force_tip[0]) if straight and steady else None
 
