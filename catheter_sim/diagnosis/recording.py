@@ -14,7 +14,8 @@ from catheter_sim.channels import output_channels, read_inputs
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.dataset import load_dataset
-from catheter_sim.diagnosis.trials import known_inputs, points_of
+from catheter_sim.diagnosis.prepare import in_base_frame
+from catheter_sim.diagnosis.trials import Dataset, known_inputs, points_of
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import Table, read_table
 
@@ -128,13 +129,31 @@ def _of_trial(robot: RobotSpec, folder: Path, file: str, other_robot: bool) -> R
             f"give {place if place.is_file() else own.robot_reference}, or say --other-robot to take it"
         )
     data = own if own.robot == robot else load_dataset(folder, robot)
+    data, frame = _in_base_frame(data)
     found = next(item for item in data.trials if item.file == file)
     x, y, z = data.gravity_mps2
     said = (
         f"{folder / file}: a trial of {data.name!r}: {data.motion.name}, gravity {x:g},{y:g},{z:g} m/s^2, "
-        f"columns as {DATASET} says"
+        f"columns as {DATASET} says{frame}"
     )
     return Recording(found.inputs, found.outputs, (data.gravity_mps2, data.motion.moving), said)
+
+
+def _in_base_frame(data: Dataset) -> tuple[Dataset, str]:
+    """Return held data with positions where a diagnosis would have them, and words on a tracker elsewhere."""
+    if data.motion.moving:  # its fast model is the simulation, too slow to ask here
+        return data, ""
+    try:
+        moved, registration = in_base_frame(data)
+    except InputError:  # nothing to tell the frame by; a diagnosis says so
+        return data, ""
+    if moved is data:
+        return data, ""
+    x, y, z = registration.shift_mm
+    return (
+        moved,
+        f", the tracker's positions moved to the base, which it sees at ({x:.4g}, {y:.4g}, {z:.4g}) mm",
+    )
 
 
 def _of_table(robot: RobotSpec, table: Table) -> Recording:

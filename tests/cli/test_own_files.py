@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cli_command import Run
 
+
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli import new
 from catheter_sim.core.document import to_document
@@ -15,6 +16,7 @@ from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.examples import examples
 from catheter_sim.files import assets_folder
 from catheter_sim.robots import KINDS
+from catheter_sim.tables import read_table
 
 
 def test_examples_are_those_that_are_shipped(run: Run, folder: Path) -> None:
@@ -52,6 +54,10 @@ def test_the_worn_catheter_is_imported_as_it_lies(run: Run, folder: Path) -> Non
     data = load_dataset(folder / "my_data")
     assert len(data.trials) == 3
     assert np.abs(data.trials[0].inputs.tendon).max() == pytest.approx(1.6e-3, rel=1e-2)
+    ran = run("simulate", "mitral_transseptal", "--inputs", "my_data", "--trial", "take_3", "-o", "out.csv")
+    assert "it sees at (412" in ran.out + ran.err  # a metre away; the errors are the fault's
+    errors = np.stack([read_table("out.csv").columns[f"error_tip_{axis}_mm"] for axis in "xyz"])
+    assert 1.0 < np.sqrt((errors**2).sum(axis=0).mean()) < 5.0
 
 
 @pytest.mark.parametrize("kind", KINDS)
