@@ -32,13 +32,12 @@ def test_one_force_a_disk_is_two() -> None:
 
 
 def test_in_lumens_links_need_more_disks_than_arcs() -> None:
-    """At three disks CC_sub is within 1 % of VC and PRB is not, which the line says."""
+    """At three disks CC_sub is within 1 % of VC and PRB is not; neither is judged by that."""
     lines = {line.quantity: line for line in tdcr_readings.lumen_lines() if "3 disks" in line.quantity}
     arcs, links = (next(line for name, line in lines.items() if model in name) for model in ("CC_sub", "PRB"))
-    assert arcs.passed
-    assert arcs.tolerance == 1.0
-    assert links.error > 1.0
-    assert links.kind == "assumed"
+    assert 0.2 < arcs.error < 1.0 < links.error < 2.1  # the paper's own figure shows 1.7 to 1.8 %
+    assert {arcs.kind, links.kind} == {"assumed"}
+    assert arcs.tolerance is links.tolerance is None  # the 1 % is ours, so that nothing is judged by it
 
 
 def test_calibration_lowers_every_error_and_says_that_it_is_a_fit() -> None:
