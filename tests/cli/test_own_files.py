@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from cli_command import Run
 
-
 from catheter_sim.catalogue import load_robot
 from catheter_sim.cli import new
 from catheter_sim.core.document import to_document
