@@ -3,8 +3,8 @@
 Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Sections 3.2.2 and 4.1, after Ashwin and Ghosal 2021). The
 subsegment's backbone, a bar as long as it, a tendon's span and the two disks' radii make a four-bar linkage;
 it stands where its coupler, the upper disk, has turned least. With a coupler that turns by t a span's end
-moves by 2 r sin(t/2) along the direction at t/2, so that a span d shorter than the backbone needs
-2 r sin(t/2) >= d, with equality where the bar stands at t/2. In space, with b = sin(t/2) times the bending
+moves by 2 r sin(t/2) along the direction at t/2. So a span d shorter than the backbone needs
+2 r sin(t/2) >= d. Both are equal where the bar stands at t/2. In space, with b = sin(t/2) times the bending
 plane's direction and a hole at r, two such linkages at right angles give
 
 d = 2 r . b,    pose: bar (b_x, b_y, sqrt(1 - b^2)), turned by t about (-b_y, b_x).
