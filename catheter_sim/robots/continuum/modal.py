@@ -5,8 +5,8 @@ Rao et al. 2021 (doi 10.3389/frobt.2020.630245, Section 3.2.3, Eq. 13). A postur
 V = 1/2 integral of u K u ds + sum of T_k l_k - work of weights and tip loads
 
 is stationary. The first part is the strain energy of the backbone: bending, and torsion where it twists. The
-second is each tension times the length of its tendon, which runs straight from disk to disk and slides without
-friction. The third are dead loads.
+second is each tension times the length of its tendon, which runs straight from disk to disk and slides
+without friction. The third are dead loads.
 So all three come to `VC_ref_noproj` as the number of functions grows (without its stretch and shear). They
 differ in what the bend may be:
 
