@@ -21,6 +21,7 @@ from catheter_sim.effects.shared import (
     in_si,
     places,
     scale_of,
+    series_by_steps,
 )
 from catheter_sim.mechanics.hysteresis import closing_play_step, play, play_step
 
@@ -99,7 +100,7 @@ class _Play:
 
     def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Playing | None:
         """Return the state at rest, the plays centred; None without dead-band."""
-        width = self._widths(robot, values)
+        width = _widths_of(robot, self.names, values)
         return _Playing(width, rest, values.get(self.through, 0.0)) if width.any() else None
 
     def step(self, state: _Playing, before: Array, after: Array, dt_s: float) -> tuple[_Playing, Array]:
@@ -109,12 +110,13 @@ class _Play:
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        now = play(rows, self._widths(robot, values), rest)
+        now = play(rows, _widths_of(robot, self.names, values), rest)
         return now + values.get(self.through, 0.0) * (rows - now)
 
-    def _widths(self, robot: RobotSpec, values: Values) -> Array:
-        """Return the whole dead-band of each tendon, shape (t,), SI, whichever way its channel moves it."""
-        return np.abs(in_si(robot, self.names(robot), values))
+
+def _widths_of(robot: RobotSpec, names: Callable[[RobotSpec], tuple[str, str]], values: Values) -> Array:
+    """Return the whole dead-band of each tendon, shape (t,), SI, whichever way its channel moves it."""
+    return np.abs(in_si(robot, names(robot), values))
 
 
 def _servo_names(robot: RobotSpec) -> tuple[str, str]:
@@ -146,7 +148,7 @@ class _Servo:
 
     def start(self, robot: RobotSpec, values: Values, rest: Array) -> _Closing | None:
         """Return the state at rest, on the command; None without dead-band."""
-        width = np.abs(in_si(robot, _servo_names(robot), values))
+        width = _widths_of(robot, _servo_names, values)
         return _Closing(width, rest, values.get(_SERVO_TIME, _SERVO_TIME_S)) if width.any() else None
 
     def step(self, state: _Closing, before: Array, after: Array, dt_s: float) -> tuple[_Closing, Array]:
@@ -156,12 +158,7 @@ class _Servo:
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        state, before, found = self.start(robot, values, rest), rest, np.array(rows)
-        for row, dt_s in enumerate(np.diff(time_s, prepend=time_s[:1])):
-            if state is not None:
-                state, found[row] = self.step(state, before, rows[row], float(dt_s))
-                before = rows[row]
-        return found
+        return series_by_steps(self, robot, values, rest, time_s, rows)
 
 
 def _hole_names(robot: RobotSpec) -> tuple[str, str]:

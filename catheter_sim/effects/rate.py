@@ -28,6 +28,7 @@ from catheter_sim.effects.shared import (
     in_si,
     places,
     scale_of,
+    series_by_steps,
 )
 from catheter_sim.mechanics.hysteresis import limited_step
 
@@ -119,11 +120,7 @@ class _TopSpeed:
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        most, now, found = self._most(robot, values), rest, np.empty(rows.shape)
-        for row, dt_s in enumerate(np.diff(time_s, prepend=time_s[:1])):
-            now = limited_step(now, rows[max(row - 1, 0)] if row else rest, rows[row], most, dt_s)
-            found[row] = now
-        return found
+        return series_by_steps(self, robot, values, rest, time_s, rows)
 
     def _most(self, robot: RobotSpec, values: Values) -> Array:
         """Return the most that each tendon's drive moves in a second, shape (t,), SI; inf: no limit."""
