@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What the package is for, in under three minutes: a named fault of a robot within the first one; a robot simulated
-# with its tendon friction beside theory, and rendered; a real robot's measurements diagnosed. Leaves results/demo.
+# What the package is for: a named fault of a robot within a minute; a robot simulated with its tendon friction beside
+# theory, and rendered; a real robot's measurements diagnosed, in ten to twenty minutes more. Leaves results/demo.
 # The whole validation, some ten minutes, is a command of its own: catheter-sim validate -o results/validation
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
