@@ -41,7 +41,7 @@ DOCS = ROOT / "docs"
 GALLERY = DOCS / "gallery.md"
 LONGEST_S = 1800.0  # of one command
 _BLOCK = re.compile(r"^```text\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-_SHOWN = re.compile(r"!\[[^]]*\]\(([^)\s]+)\)|(?:src|poster)=\"([^\"]+)\"")
+_SHOWN = re.compile(r"!\[[^]]*\]\(([^)\s]+)\)|(?:src|poster)=\"([^\"]+\.(?!js)\w+)\"")
 _BROWSER = "look_at_pages.py"  # a command that needs Chromium
 
 # ----------------------------------------------------------------------------------------------------

@@ -65,6 +65,7 @@ def on_files(files: Any, config: Any) -> Any:
     from mkdocs.structure.files import File
 
     made = site_pages.name_pages() | site_pages.environment_pages() | site_pages.notebooks()
+    made |= site_pages.live_scripts()
     for address, text in made.items():
         files.append(File.generated(config, address, content=text))
     return files

@@ -7,21 +7,29 @@ Nothing of them is stored. A model of each environment is compiled for its space
 from __future__ import annotations
 
 import argparse
+import base64
 import importlib
 import inspect
+import json
 import re
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import gymnasium
+import mujoco
+import numpy as np
 
 import catheter_sim as cs
 from catheter_sim.catalogue import load_robot
+from catheter_sim.diagnosis.shapes import radii_mm
 from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.envs.tip import CONTROL_STEP_S
+from catheter_sim.public.live import LiveRobot, turn_rad
+from catheter_sim.units import si_factor
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ROOT / "docs" / "pictures" / "environments"
@@ -74,6 +82,69 @@ def table_of_names() -> Iterator[str]:
                 summary = (inspect.getdoc(getattr(cs, name)) or "").splitlines()[0].replace("|", "\\|")
                 address = address_of(name).removeprefix("reference/")
                 yield f'| <a id="{anchors[name]}"></a>[`cs.{name}`]({address}) | {summary} |'
+
+
+# ----------------------------------------------------------------------------------------------------
+# What the page that runs robots in a browser loads: the engine, the drawing code, a script for each robot.
+
+LIVE = "live"
+LIVE_ROBOTS = {
+    name: ROOT / "docs" / "live" / f"{name}.xml"  # `catheter-sim export NAME --for mjx --no-judge`
+    for name in ("chest_tube_section", "neuroendoscope", "neuroendoscope_section")
+} | {
+    name: ROOT / "models" / f"{name}.xml"  # what `build` writes leaves nothing out of these
+    for name in ("mitral_4dof", "mitral_transseptal", "notched_wrist", "spacer_disk")
+}
+_ENGINE = ROOT / "docs" / "vendor" / "mujoco"
+
+
+def live_scripts() -> dict[str, str]:
+    """Return the text of each script, by its address; a page that is opened from a folder may load those."""
+    engine = {
+        "script": (_ENGINE / "mujoco.js").read_text(encoding="utf-8"),
+        "wasm": base64.b64encode((_ENGINE / "mujoco.wasm.gz").read_bytes()).decode("ascii"),
+    }
+    scene = resources.files("catheter_sim.page").joinpath("scene.js").read_text(encoding="utf-8")
+    made = {f"{LIVE}/engine.js": f"LIVE.engine = {json.dumps(engine)};\n", f"{LIVE}/scene.js": scene}
+    for name in LIVE_ROBOTS:
+        made[f"{LIVE}/robots/{name}.js"] = f"LIVE.robots.{name} = {json.dumps(live_robot(name))};\n"
+    return made
+
+
+def live_robot(name: str) -> dict[str, Any]:
+    """Return a robot's plain MJCF with what drives and draws it there.
+
+    `controls`: of each actuator, the channels that it follows and how many SI units one of theirs is.
+    `tip_m`: of the last of `bodies`, in its frame.
+    """
+    mjcf = LIVE_ROBOTS[name].read_text(encoding="utf-8")
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    robot = load_robot(name)
+    live = LiveRobot(robot)
+    followed: dict[str, list[tuple[str, float]]] = {}
+    for drive in live.drives:
+        for tendon, part in zip(drive.tendons, drive.parts, strict=True):
+            factor = part * si_factor(drive.column)
+            pulled = robot.tendons[tendon].name
+            followed.setdefault(f"tendon_{pulled}", []).append((drive.column, factor))
+            followed.setdefault(f"antagonist_{pulled}", []).append((drive.column, -factor))
+    bodies = [k for k in range(1, model.nbody) if model.body(k).name.startswith("link_")]
+    faces_mm = np.array(live.state["shape_mm"])
+    height_mm = np.concatenate([[0.0], 1e3 * data.xpos[bodies, 2], faces_mm[-1:, 2]])
+    radii = np.interp(height_mm, faces_mm[:, 2], radii_mm(robot, np.arange(len(faces_mm))))
+    to_tip = 1e-3 * faces_mm[-1] - data.xpos[bodies[-1]]
+    return {
+        "mjcf": mjcf,
+        "sliders": [vars(live.sliders[drive.column]) for drive in live.drives],
+        "controls": [followed.get(model.actuator(k).name, []) for k in range(model.nu)],
+        "bodies": bodies,
+        "tip_m": (data.xmat[bodies[-1]].reshape(3, 3).T @ to_tip).tolist(),
+        "radii_mm": radii.round(3).tolist(),
+        "length_mm": 1e3 * sum(segment.length_m for segment in robot.segments),
+        "turn_rad": turn_rad(live.drives),
+    }
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -40,7 +40,7 @@ from catheter_sim.units import si_factor
 from catheter_sim.viewer import slider_ranges
 
 LOOPBACK = "127.0.0.1"
-FRAME_S = 1.0 / 30.0
+FRAME_S = 0.03  # a whole number of the models' time steps
 RECORD_S = 0.1  # between rows of what was driven
 _MOST_ROWS = 100_000  # of these, as of any file of inputs
 _MOST_BYTES = 65_536  # of a message from the page
@@ -266,8 +266,8 @@ class LiveRobot:
 
     def run(self, stop: threading.Event, clock: Callable[[], float] = time.perf_counter) -> None:
         """Simulate until `stop` is set; a simulation that diverges says so and waits for a reset."""
+        due = clock()
         while not stop.is_set():
-            begun = clock()
             if not self.failure:
                 try:
                     self.advance()
@@ -277,7 +277,8 @@ class LiveRobot:
                         self.state = self.state | {"failure": self.failure, "number": self._number + 1}
                         self._number += 1
                         self._changed.notify_all()
-            stop.wait(max(0.0, FRAME_S - (clock() - begun)))
+            due = max(due + FRAME_S, clock())  # what was late is not caught up
+            stop.wait(due - clock())
 
     def states(self, stop: threading.Event) -> Iterator[dict[str, Any] | None]:
         """Yield each new state; None where none came for some seconds."""
@@ -462,17 +463,22 @@ class _Answers(BaseHTTPRequestHandler):
             self.wfile.flush()
 
 
+def turn_rad(drives: Sequence[Drive]) -> float:
+    """Return the turn about z from which the first drive's bending is seen, nearly from the side [rad]."""
+    sides = [drive.side for drive in drives if any(drive.side)] or [(1.0, 0.0)]
+    return math.atan2(sides[0][1], sides[0][0]) + _ASIDE_RAD
+
+
 def page_of(live: LiveRobot) -> str:
     """Return the page of a live robot: one HTML text that loads nothing but the robot's states."""
     robot = live.robot
-    sides = [drive.side for drive in live.drives if any(drive.side)] or [(1.0, 0.0)]
     about = {
         "robot": robot.name,
         "sliders": [vars(item) | {"rest": live.rest[item.name]} for item in live.sliders.values()],
         "command": live.command or robot.name,
         "radii_mm": radii_mm(robot, np.arange(len(live.state["shape_mm"]))).round(3).tolist(),
         "length_mm": 1e3 * sum(segment.length_m for segment in robot.segments),
-        "turn_rad": math.atan2(sides[0][1], sides[0][0]) + _ASIDE_RAD,
+        "turn_rad": turn_rad(live.drives),
         "played": None
         if live.played is None
         else {"name": live.played.name, "end_s": float(live.played.inputs.time_s[-1])},
