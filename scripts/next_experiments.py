@@ -5,7 +5,7 @@
 Each draw is a simulated robot with one hidden cause, by laws that the diagnosis does not share, whose first
 data, five single pulls, leave two causes or more above 0.2. One experiment follows, which takes as long each
 time: the one that is expected to tell most, a fixed one (the loops of each channel), and one drawn at random
-of what the bench can play. HeldoutChoice: one cause stands at 0.95. Causes that a diagnosis cannot
+of what the bench can play. It decides where one cause stands at 0.95. Causes that a diagnosis cannot
 tell apart share their probability alike.
 
 Stand-ins whose hidden cause not even rich data would tell from an open one, by nature's own arithmetic, are

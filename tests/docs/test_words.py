@@ -17,8 +17,7 @@ _NOT_YET = {
         "thresholds",
     ],
     "docs/truth": [
-        *("bench", "foreign_models", "found", "independent_bench", "interventions", "long_tests"),
-        *("next_experiments", "papers_item_by_item", "perturbed_lines", "real_robots", "speed"),
+        *("independent_bench", "papers_item_by_item", "perturbed_lines"),
         *("validation", "chest_tube_front", "tip_tables"),
     ],
 }
