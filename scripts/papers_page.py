@@ -8,6 +8,7 @@ With --check nothing is written; the exit status is 1 where the page is not what
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import tomllib
 from collections import Counter
@@ -48,24 +49,31 @@ _HEAD = (
 _TOP = """\
 # The papers, item by item
 
-Every figure, equation and claim of five papers that this package rests on, beside what the package gives (the
-notched wrist of York 2015 is not gone through item by item).
-`validate` prints the checks that are named here ([all of them](validation.md)); a figure of ours that it
-prints is taken from there.
+This page has every figure, equation and claim of the five papers that the package rests on, beside what the
+package gives. The notched wrist of York 2015 is not gone through item by item. `validate` prints the checks
+that are named here ([all of them](validation.md)). A figure of ours that it prints is taken from there.
 
 **Status.**
 
 {statuses}
 
-**Kind**, what a figure of ours is worth: `implemented`, equations and inputs of the paper, coded; `verified`,
-two models that share no code, or a model and a closed form, against each other; `predicted`, a printed
-figure or claim by a model that knows nothing of it; `fitted to it`; `read back`, it went in and comes out;
-`assumed`, it rests on a number that nobody prints; `not reproduced`, ours lies elsewhere and why is not
-known; `refuted`, ours or theirs is shown to be wrong; `out of reach`, what would make it comparable is not
-printed or not modelled. `validate` judges what is verified or predicted. Every printed figure was looked up
-in the paper's text (`scripts/check_printed.py`, [digits and places](printed_figures.csv)).
+**Kind**, what a figure of ours is worth:
+
+- `implemented`: an equation or an input of the paper, coded
+- `verified`: two models that share no code, or a model and a closed form, against each other
+- `predicted`: a printed figure or claim, by a model that knows nothing of it
+- `fitted to it`: a number was chosen so that it comes out
+- `read back`: it went in and comes out
+- `assumed`: it rests on a number that nobody prints
+- `not reproduced`: ours lies elsewhere, and nobody knows why
+- `refuted`: ours or theirs is shown to be wrong
+- `out of reach`: what would make it comparable is not printed or not modelled
+
+`validate` judges what is verified or predicted. Every printed figure was looked up in the paper's text. The
+script `scripts/check_printed.py` does it, and keeps [digits and places](printed_figures.csv).
 Each paper's headline figures stand first.
 """
+_DOI, _LINK = re.compile(r"\bdoi (10\.\S+?)(?=\.?$)"), r"[doi \1](https://doi.org/\1)"
 _TOP_END = "\nA hyphen in `printed` says that the paper prints no figure of it."
 
 
@@ -229,7 +237,7 @@ def _page(papers: Sequence[Paper], rows: Sequence[Checked]) -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
     yield _TOP_END
     for paper in papers:
-        yield f"\n## {paper.name}\n\n{paper.reference}\n"
+        yield f"\n## {paper.name}\n\n{_DOI.sub(_LINK, paper.reference)}\n"
         yield _HEAD
         for item in sorted(paper.items, key=lambda item: not item.headline):
             yield _row(item, rows)
