@@ -13,8 +13,11 @@ import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
+
+from catheter_sim.validation.papers import checked
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "truth" / "validation.md"
 START, END = "<!-- validation:", "<!-- validation ends"
@@ -22,17 +25,7 @@ START, END = "<!-- validation:", "<!-- validation ends"
 
 def cells(line: Mapping[str, Any]) -> list[str]:
     """Return a line's cells: check, ours, compared with, error, tolerance, kind, source."""
-    compared = line["published"] if line["published"] is not None else line["analytic"]
-    error = float("nan") if line["error"] is None else line["error"]
-    return [
-        f"{line['robot']}: {line['quantity']}",
-        "-" if line["ours"] is None else f"{line['ours']:.3g}",
-        line["said"] or ("-" if compared is None else f"{compared:.3g}"),
-        f"{error:.1g} {line['unit']}",
-        "-" if line["tolerance"] is None else f"{line['tolerance']:.3g} {line['unit']}",
-        line["kind"],
-        line["source"],
-    ]
+    return list(astuple(checked(line)))
 
 
 def updated(page: str, lines: Sequence[Mapping[str, Any]], parts: Sequence[str], drop: bool) -> str:

@@ -51,6 +51,7 @@ from catheter_sim.validation.neuroendoscope import (
     validate_section,
 )
 from catheter_sim.validation.neuroendoscope_softening import validate_softening
+from catheter_sim.validation.papers import Paper, load_paper, printed_and_ours
 from catheter_sim.validation.render import (
     validate_render_4dof,
     validate_render_chest_tube,
@@ -99,8 +100,8 @@ CAPTIONS = {
 }
 
 
-def validation_html(validation: Validation, pictures: Sequence[Path] = ()) -> str:
-    """Return a validation as one HTML text that needs no network."""
+def validation_html(validation: Validation, pictures: Sequence[Path] = (), paper: Paper | None = None) -> str:
+    """Return a validation as one HTML text that needs no network; of a paper with all that it prints."""
     judged = [line for line in validation.lines if line.tolerance is not None]
     out = [line for line in validation.lines if not line.passed]
     ids = list(dict.fromkeys(line.robot for line in validation.lines))
@@ -113,6 +114,8 @@ def validation_html(validation: Validation, pictures: Sequence[Path] = ()) -> st
         "out": [_shown(line) for line in out],
         "robots": [_robot(name, [line for line in validation.lines if line.robot == name]) for name in ids],
         "findings": validation.findings,
+        "paper": paper,
+        "printed": [] if paper is None else printed_and_ours(paper, validation.lines),
         "pictures": [
             {"words": caption(path), "data": png_source(path.read_bytes())} for path in sorted(pictures)
         ],
@@ -120,10 +123,12 @@ def validation_html(validation: Validation, pictures: Sequence[Path] = ()) -> st
     return rendered("catheter_sim.validation", "report_template.html", context, {"spoken": spoken})
 
 
-def write_report(validation: Validation, folder: Path, pictures: Sequence[Path] = ()) -> None:
+def write_report(
+    validation: Validation, folder: Path, pictures: Sequence[Path] = (), paper: Paper | None = None
+) -> None:
     """Write `report.html` into `folder`."""
     with replaced_when_whole(folder / REPORT) as file:
-        file.write(validation_html(validation, pictures))
+        file.write(validation_html(validation, pictures, paper))
 
 
 def caption(path: Path) -> str:
@@ -250,17 +255,21 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
 }
 
 
-def validate(robots: Sequence[str], folder: Path, progress: bool = False) -> Validation:
+def validate(robots: Sequence[str], folder: Path, progress: bool = False, paper: str = "") -> Validation:
     """Run the checks of `robots` (default: all that have checks) and write the results into `folder`.
 
     Args:
         robots: ids.
         folder: made where it does not exist.
         progress: show what is being done, on standard error.
+        paper: a paper's name; then the robots are its own, and the report has all that it prints.
 
     Raises:
-        InputError: a robot has no checks, or the folder cannot be made.
+        InputError: a robot has no checks, there is no such paper, or the folder cannot be made.
     """
+    about = load_paper(paper) if paper else None
+    if about is not None:
+        robots = about.robots
     for robot in robots:
         if robot not in CHECKS:
             raise unknown("robot with checks", robot, CHECKS)
@@ -277,7 +286,7 @@ def validate(robots: Sequence[str], folder: Path, progress: bool = False) -> Val
     validation = merge(done)
     validation.write(folder)
     drawn = [path for path, written in _pictures(folder).items() if before.get(path) != written]
-    write_report(validation, folder, drawn)
+    write_report(validation, folder, drawn, about)
     return validation
 
 

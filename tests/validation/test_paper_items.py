@@ -11,6 +11,9 @@ import pytest
 from scripts_as_modules import script_module
 
 from catheter_sim.errors import InputError
+from catheter_sim.validation import papers as kept
+from catheter_sim.validation import report
+from catheter_sim.validation.lines import Line, Validation
 
 papers_page = script_module("papers_page")
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,7 +37,7 @@ where = ["README.md"]
 
 @pytest.fixture(scope="module")
 def papers() -> tuple:
-    return papers_page.load_papers()
+    return kept.load_papers()
 
 
 def test_the_page_is_what_the_files_say(papers: tuple) -> None:
@@ -49,7 +52,7 @@ def test_every_place_that_an_item_names_exists(papers: tuple) -> None:
         for item in paper.items:
             place = f"{paper.name}, item {item.number}"
             for check in item.checks:
-                papers_page.row_of(check, ROWS)
+                kept.row_of(check, ROWS)
             for file, test in item.files:
                 assert (ROOT / file).exists(), f"{place}: {file}"
                 if test:
@@ -60,9 +63,9 @@ def test_every_place_that_an_item_names_exists(papers: tuple) -> None:
 def test_nothing_is_partial_or_missing_without_a_reason(papers: tuple) -> None:
     """And what works says where; few items are missing."""
     items = [item for paper in papers for item in paper.items]
-    assert len(papers) == len(list(papers_page.FOLDER.glob("*.toml")))
-    assert all(item.reason for item in items if item.status in papers_page.NEED_A_REASON)
-    assert all(item.where for item in items if item.status in papers_page.NEED_A_PLACE)
+    assert len(papers) == len(list(kept.FOLDER.glob("*.toml")))
+    assert all(item.reason for item in items if item.status in kept.NEED_A_REASON)
+    assert all(item.where for item in items if item.status in kept.NEED_A_PLACE)
     assert sum(item.status == "M" for item in items) <= MOST_MISSING
 
 
@@ -70,7 +73,7 @@ def test_an_item_calls_a_checked_figure_what_validate_calls_it(papers: tuple) ->
     """No item says "predicted" of a figure that the named check says is not."""
     for paper in papers:
         for item in paper.items:
-            kinds = {papers_page.row_of(check, ROWS).kind for check in item.checks}
+            kinds = {kept.row_of(check, ROWS).kind for check in item.checks}
             if item.kind == "predicted":
                 assert "predicted" in kinds, f"{paper.name}, item {item.number}: {kinds}"
 
@@ -125,7 +128,7 @@ def test_a_wrong_file_is_refused_with_its_place(old: str, new: str, message: str
     """One line that names the file and what is wrong."""
     (tmp_path / "paper.toml").write_text(ITEM.replace(old, new), encoding="utf-8")
     with pytest.raises(InputError, match=message) as error:
-        papers_page.load_papers(tmp_path)
+        kept.load_papers(tmp_path)
     assert "paper.toml" in str(error.value)
 
 
@@ -133,8 +136,32 @@ def test_a_figure_comes_from_the_row_that_is_named(tmp_path: Path) -> None:
     """The page shows the row's cell; a row that is not there, or twice, is refused."""
     named = ITEM.replace('"README.md"', f'"validate: {ROWS[0].check}"') + 'ours = "{line[0].ours} mm"\n'
     (tmp_path / "paper.toml").write_text(named, encoding="utf-8")
-    assert f"| {ROWS[0].ours} mm |" in papers_page.page_text(papers_page.load_papers(tmp_path), ROWS)
+    assert f"| {ROWS[0].ours} mm |" in papers_page.page_text(kept.load_papers(tmp_path), ROWS)
     with pytest.raises(InputError, match="begins 0 rows"):
-        papers_page.page_text(papers_page.load_papers(tmp_path), ROWS[1:])
+        papers_page.page_text(kept.load_papers(tmp_path), ROWS[1:])
     with pytest.raises(InputError, match=f"begins {len(ROWS)} rows"):
-        papers_page.row_of("", ROWS)
+        kept.row_of("", ROWS)
+
+
+def test_a_paper_is_redrawn_with_the_figures_of_the_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The report of `--paper` has each printed figure, ours of this run and its DOI; the rest says why not."""
+    paper = kept.load_paper("chest_tube_2025")
+    assert set(paper.robots) == {"chest_tube_section", "chest_tube"}
+    named = next(item for item in paper.items if "{line[0].error}" in item.ours and item.printed != "-")
+    robot, _, quantity = named.checks[0].partition(": ")
+    line = Line(robot, quantity, "mm", error=0.0321, tolerance=1.0, source="Fig. 9")
+    run = Validation((line,), ())
+    monkeypatch.setattr(report, "CHECKS", {name: (lambda folder: run,) for name in paper.robots[:1]})
+    monkeypatch.setattr(report, "CHECKS", report.CHECKS | {paper.robots[1]: ()})
+    report.validate([], tmp_path, paper="chest_tube_2025")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'href="https://doi.org/10.1109/LRA.2025.3597860"' in page
+    assert "validate\n--paper chest_tube_2025 -o DIR" in page
+    rows = {row["number"]: row for row in kept.printed_and_ours(paper, run.lines)}
+    assert "0.03 mm" in rows[str(named.number)]["ours"]
+    assert len(rows) == sum(item.printed != "-" for item in paper.items)
+    assert any(row["ours"].startswith("not computed") for row in rows.values())
+    with pytest.raises(InputError, match="unknown paper 'kato'; choices: neuroendoscope_2016, "):
+        report.validate([], tmp_path, paper="kato")
