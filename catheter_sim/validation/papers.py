@@ -234,6 +234,13 @@ def printed_and_ours(paper: Paper, lines: Sequence[Line]) -> list[dict[str, str]
             ours = ours_of(item, rows)
         except InputError as error:
             ours = f"not computed: {error}"
-        item_words = {"number": str(item.number), "item": item.item, "printed": item.printed}
-        found.append(item_words | {"ours": ours, "kind": item.kind, "reason": item.reason})
+        row = {
+            "number": str(item.number),
+            "item": item.item,
+            "printed": item.printed,
+            "ours": ours,
+            "kind": item.kind,
+            "reason": item.reason,
+        }
+        found.append({name: text.replace("`", "") for name, text in row.items()})
     return found

@@ -146,7 +146,7 @@ def test_a_figure_comes_from_the_row_that_is_named(tmp_path: Path) -> None:
 def test_a_paper_is_redrawn_with_the_figures_of_the_run(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """The report of `--paper` has each printed figure, ours of this run and its DOI; the rest says why not."""
+    """The report of `--paper` has each printed figure, ours of this run and DOI; the rest says why not."""
     paper = kept.load_paper("chest_tube_2025")
     assert set(paper.robots) == {"chest_tube_section", "chest_tube"}
     named = next(item for item in paper.items if "{line[0].error}" in item.ours and item.printed != "-")
