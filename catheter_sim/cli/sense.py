@@ -9,7 +9,9 @@ readings: a CSV with time_s [s] and the robot's input columns as they were measu
 displacement_bending_mm). Add any output in mm, deg or N that was measured too (tension_bending_N of a
 catheter that is driven by displacements, angle_bending_deg of a tracker). These make the regions
 narrower, and an empty cell of theirs was not measured. Friction's history is followed row after row.
-noise: standard deviations of the readings, white.
+noise: standard deviations of the readings, white. --step-tension is the step in which tensions are read or
+set, as by a motor's current: 0.938 N of the measured chest_tube_section, whose printed tensions are its
+multiples.
 uncertain: numbers of the robot that are known only within a range, KEY=HALF, in the key's unit. By default
 those that differ between specimens of a published robot (elastic constant 3 %, friction 20 %, moment arm
 1 % of a neuroendoscope_section); --uncertain none: the robot is as specified.
@@ -47,6 +49,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             help=f"standard deviation of {what}; default 0",
         )
     parser.add_argument(
+        "--step-tension",
+        metavar="N",
+        type=arguments.not_negative,
+        default=0.0,
+        help="step in which tensions are read or set; default 0",
+    )
+    parser.add_argument(
         "--uncertain",
         metavar="KEY=HALF",
         action="append",
@@ -81,6 +90,7 @@ def run(options: argparse.Namespace) -> int:
             _uncertain(options.uncertain),
             names or sensed_columns(robot),
             arguments.gravity(options.gravity),
+            step_tension_N=options.step_tension,
         )
     write_table(found.to_table(), options.output)
     half = 0.5 * (found.sensed.high - found.sensed.low).max(axis=0)

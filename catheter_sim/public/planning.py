@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -600,6 +600,8 @@ def sense(
     uncertain: Mapping[str, float] | None = None,
     columns: Sequence[str] | None = None,
     gravity_mps2: Sequence[float] = AT_REST,
+    *,
+    step_tension_N: float = 0.0,
 ) -> Sensing:
     """Return the posture of `robot` from what its actuators measured, with regions of 95 %.
 
@@ -615,6 +617,8 @@ def sense(
             next. An empty mapping: the robot is as specified.
         columns: output columns wanted; default: the tip's place, and a catheter's angles.
         gravity_mps2: gravity in the base frame, shape (3,) [m/s^2].
+        step_tension_N: step in which tensions are read or set, as by a motor's current; a reading is then
+            anywhere within half a step, which counts as step / sqrt(12) beside the noise.
 
     Raises:
         InputError: anything is not possible, or a row has no balance.
@@ -637,10 +641,13 @@ def sense(
         "noise_position_mm": noise_position_mm,
         "noise_angle_deg": noise_angle_deg,
     }
-    needed = "a standard deviation, a finite number from 0,"
-    noise = Noise(
-        *(number_of(size, name, needed, lambda of: 0.0 <= of < float("inf")) for name, size in sizes.items())
-    )
+
+    def positive(size: float, name: str, what: str) -> float:
+        return number_of(size, name, f"{what}, a finite number from 0,", lambda of: 0.0 <= of < math.inf)
+
+    noise = Noise(*(positive(size, name, "a standard deviation") for name, size in sizes.items()))
+    step = positive(step_tension_N, "step_tension_N", "a step")
+    noise = replace(noise, tension_N=math.hypot(noise.tension_N, step / math.sqrt(12.0)))
     names = sensed_columns(value) if columns is None else columns_of(columns)
     check_output_channels(value, names, "columns")
     asked = readings_of(value, clocked_table(readings, "readings"), noise)

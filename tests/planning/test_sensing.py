@@ -142,3 +142,23 @@ def test_regions_of_many_rows_are_those_of_few(monkeypatch: pytest.MonkeyPatch) 
         widths.append(found.sensed.high - found.sensed.low)
     assert widths[0].min() > 0.5
     np.testing.assert_allclose(widths[1], widths[0], rtol=0.1)
+
+
+def test_a_step_of_the_readings_is_within_the_region() -> None:
+    """What is read to a step is held, by a region little wider than the step: the idle tendon has it, too."""
+    robot = cs.load_robot("neuroendoscope_section", {"friction.mu": 0.0})
+    step, true = 0.05, np.random.default_rng(4).uniform(0.1, 0.4, 40)
+    times = np.arange(len(true), dtype=float)
+
+    def tip_mm(tension: np.ndarray) -> np.ndarray:
+        pulled = {"time_s": times, "tension_right_N": tension}
+        return cs.statics(robot, pulled, "fkm_sliding").to_table().columns["tip_x_mm"]
+
+    read = {"time_s": times, "tension_right_N": step * np.round(true / step)}
+    found = cs.sense(robot, read, uncertain={}, columns=["tip_x_mm"], step_tension_N=step)
+    low, high = found.sensed.low[:, 0], found.sensed.high[:, 0]
+    assert ((low <= tip_mm(true)) & (tip_mm(true) <= high)).all()
+    widest = tip_mm(read["tension_right_N"] + step / 2.0) - tip_mm(read["tension_right_N"] - step / 2.0)
+    assert (high - low < 1.4 * widest).all()
+    with pytest.raises(cs.InputError, match="step_tension_N"):
+        cs.sense(robot, read, step_tension_N=-1.0)

@@ -104,9 +104,28 @@ def test_design_is_drawn_and_judged(tmp_path: Path) -> None:
     assert (tmp_path / f"{SECTION}_design.png").is_file()
 
 
+def test_printed_tensions_are_multiples_of_the_motors_step() -> None:
+    """To half of the last printed digit; of no larger number are they so."""
+    tensions, step = chest_tube_measured.TENSIONS_N, chest_tube_measured.STEP_N
+
+    def off(size: float) -> float:
+        return float(np.abs(tensions - size * np.round(tensions / size)).max())
+
+    assert off(step) <= 0.0005
+    larger = np.arange(step + 0.001, 1.9, 2e-5)
+    assert min(map(off, larger)) > 0.005
+
+
+def test_a_levers_tolerance_moves_the_tip_both_ways() -> None:
+    """Each lever's half millimetre matters by centimetres: the printed tolerance is no small print."""
+    larger, smaller = chest_tube_measured.arm_lines()
+    assert larger.ours > 5.0
+    assert smaller.ours > 5.0
+
+
 def test_repeats_without_any_difference_are_one_loading(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing assumed, no spread: what is left is the distance of the two balances."""
-    for name in ("FRICTION_SHARE", "TENSION_SHARE", "NOISE_MM"):
+    for name in ("FRICTION_SHARE", "STEP_N", "NOISE_MM"):
         monkeypatch.setattr(chest_tube_measured, name, 0.0)
     found = chest_tube_measured.repeats(2)
     assert np.ptp(found.away_mm, axis=0).max() < 1e-9
