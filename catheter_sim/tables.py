@@ -270,7 +270,7 @@ class TableComparison:
             f"{'column':28} {'rms':>10} {'largest':>10} {'at time_s':>12} {'mean':>10} {'range':>10}"
         )
         for item in self.apart:
-            sizes = f"{item.rms:10.4g} {item.largest:10.4g} {item.at_s:12.6g}"
+            sizes = f"{item.rms:10.4g} {item.largest:10.4g} {time_text(item.at_s):>12}"
             lines.append(f"{item.column:28} {sizes} {item.mean:10.3g} {item.range_:10.4g}")
         distance = self.tip_distance_mm()
         if distance is not None:

@@ -28,7 +28,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.diagnosis.shapes import radii_mm
 from catheter_sim.envs.reach_and_track import ReachEnv
 from catheter_sim.envs.tip import CONTROL_STEP_S
-from catheter_sim.public.live import LiveRobot, turn_rad
+from catheter_sim.public.live import LiveRobot, reach_mm, turn_rad
 from catheter_sim.units import si_factor
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -142,7 +142,7 @@ def live_robot(name: str) -> dict[str, Any]:
         "bodies": bodies,
         "tip_m": (data.xmat[bodies[-1]].reshape(3, 3).T @ to_tip).tolist(),
         "radii_mm": radii.round(3).tolist(),
-        "length_mm": 1e3 * sum(segment.length_m for segment in robot.segments),
+        "length_mm": reach_mm(live.state["shape_mm"]),
         "turn_rad": turn_rad(live.drives),
     }
 

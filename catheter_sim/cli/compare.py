@@ -36,7 +36,9 @@ def run(options: argparse.Namespace) -> int:
     from catheter_sim.files import placed_when_whole
     from catheter_sim.tables import compare_tables
 
-    first, second = table_to_compare(options.first), table_to_compare(options.second)
+    (first, said), (second, also_said) = map(table_to_compare, (options.first, options.second))
+    for line in filter(None, (said, also_said)):
+        print(line)
     comparison = compare_tables(first, second, arguments.columns(options.columns))
     print(comparison.text())
     if options.output is not None:

@@ -27,6 +27,7 @@ from catheter_sim.files import check_output_file
 
 CAMERAS = ("overview", "side")
 _UPRIGHT_DEG = 90.0
+_STEEPEST_DEG = 89.99  # straight down, the picture would have no upper side
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,9 +73,9 @@ def _row_numbers(text: str) -> tuple[int, ...]:
 
 def _elevation(text: str) -> float:
     value = arguments.number(text)
-    if abs(value) >= _UPRIGHT_DEG:
-        raise argparse.ArgumentTypeError(f"{text!r}: an angle between -90 and 90 is needed")
-    return value
+    if abs(value) > _UPRIGHT_DEG:
+        raise argparse.ArgumentTypeError(f"{text!r}: an angle from -90 to 90 is needed")
+    return min(max(value, -_STEEPEST_DEG), _STEEPEST_DEG)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -46,7 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Show; return when it is ended."""
     folder = Path(options.robot)
+    if folder.name == REPORT and folder.is_file():
+        folder = folder.parent
     if folder.is_dir():
+        if options.inputs is not None or options.trial is not None:
+            raise InputError(f"{folder}: a report plays no inputs; leave --inputs and --trial out")
         if not (folder / REPORT).is_file():
             raise InputError(f"{folder}: no {REPORT}; a robot or the folder of a report is needed")
         import webbrowser
@@ -87,9 +91,10 @@ def _in_browser(options: argparse.Namespace) -> int:
         live = live_robot(specified, arguments.gravity(options.gravity or "0,0,0"), command=command)
     else:
         driven = drive(options)
-        specified = driven.specified
+        specified = driven.specified  # by the inputs' actuation
         x, y, z = driven.gravity_mps2.tolist()
-        live = live_robot(specified, (x, y, z), driven.recording, Path(options.inputs).name, command)
+        name = options.trial or Path(options.inputs).name
+        live = live_robot(specified, (x, y, z), driven.recording, name, command)
     _say_outside(outside_the_robot(specified))
     server = LiveServer(live, options.host or LOOPBACK, options.port)
     server.begin()
@@ -117,4 +122,4 @@ def _in_browser(options: argparse.Namespace) -> int:
 
 def _say_outside(names: list[str] | tuple[str, ...]) -> None:
     if names:
-        print(f"not shown, as they act on inputs or outputs: {', '.join(names)}", flush=True)
+        print(f"the sliders leave out what acts on inputs or outputs: {', '.join(names)}", flush=True)

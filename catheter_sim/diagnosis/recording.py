@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,11 +16,12 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.prepare import in_base_frame
-from catheter_sim.diagnosis.trials import Dataset, known_inputs, points_of
+from catheter_sim.diagnosis.trials import Dataset, Trial, known_inputs, points_of
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import Table, read_table
 
 DATASET = "dataset.toml"
+_LEVELS = 4  # folders above a file in which its data set may lie
 MEASURED, ERROR = "measured_", "error_"  # before the names of columns that are written
 
 
@@ -89,18 +91,35 @@ def recording_of(
         return _of_trial(robot, place, _named(place, trial), other_robot)
     if trial is not None:
         raise InputError(f"--trial {trial}: {place} is a file; --trial chooses a trial of a folder")
-    if place.parent.joinpath(DATASET).is_file() and place.name in _files(place.parent):
-        return _of_trial(robot, place.parent, place.name, other_robot)
+    listed = _listed(place)
+    if listed is not None:
+        return _of_trial(robot, *listed, other_robot)
     return _of_table(robot, read_table(place))
 
 
-def table_to_compare(path: str | os.PathLike[str]) -> Table:
-    """Return the columns of a CSV file; of a trial's own file what was measured, as its data set says."""
+def table_to_compare(path: str | os.PathLike[str]) -> tuple[Table, str]:
+    """Return the columns of a CSV file, and a line on what was taken from a data set, "" for nothing.
+
+    Of a trial's own file they are what was measured, as its data set says, in the base's frame.
+    """
     place = Path(path)
-    if place.parent.joinpath(DATASET).is_file() and place.name in _files(place.parent):
-        data = load_dataset(place.parent)
-        return next(item.outputs for item in data.trials if item.file == place.name)
-    return read_table(place)
+    if place.is_dir():
+        raise InputError(f"{place}: a folder; give a CSV file, a trial's own too")
+    listed = _listed(place)
+    if listed is None:
+        return read_table(place), ""
+    data, found, frame = _trial(load_dataset(listed[0]), listed[1])
+    return found.outputs, f"{place}: a trial of {data.name!r}: what was measured{frame}" if frame else ""
+
+
+def _listed(place: Path) -> tuple[Path, str] | None:
+    """Return the folder of the data set that lists a file, in the file's folder or above, and the entry."""
+    for folder in list(place.absolute().parents)[:_LEVELS]:
+        if (folder / DATASET).is_file():
+            for file in _files(folder):
+                if (folder / file).resolve() == place.resolve():
+                    return (place.parent if folder == place.parent.absolute() else folder), file
+    return None
 
 
 def _files(folder: Path) -> list[str]:
@@ -112,7 +131,12 @@ def _files(folder: Path) -> list[str]:
 def _named(folder: Path, trial: str | None) -> str:
     if not (folder / DATASET).is_file():
         raise InputError(f"{folder}: a folder without {DATASET}; give a CSV file or a data set's folder")
-    files = {Path(file).stem: file for file in _files(folder)}
+    listed = _files(folder)
+    stems = Counter(Path(file).stem for file in listed)
+    files = {}
+    for file in listed:  # two of one name in two folders are told by their folders
+        stem = Path(file).stem
+        files[stem if stems[stem] == 1 else Path(file).with_suffix("").as_posix()] = file
     if trial is None:
         raise InputError(f"{folder}: --trial is needed; choices: {', '.join(files)}")
     if trial not in files:
@@ -129,14 +153,19 @@ def _of_trial(robot: RobotSpec, folder: Path, file: str, other_robot: bool) -> R
             f"give {place if place.is_file() else own.robot_reference}, or say --other-robot to take it"
         )
     data = own if own.robot == robot else load_dataset(folder, robot)
-    data, frame = _in_base_frame(data)
-    found = next(item for item in data.trials if item.file == file)
+    data, found, frame = _trial(data, file)
     x, y, z = data.gravity_mps2
     said = (
         f"{folder / file}: a trial of {data.name!r}: {data.motion.name}, gravity {x:g},{y:g},{z:g} m/s^2, "
         f"columns as {DATASET} says{frame}"
     )
     return Recording(found.inputs, found.outputs, (data.gravity_mps2, data.motion.moving), said)
+
+
+def _trial(data: Dataset, file: str) -> tuple[Dataset, Trial, str]:
+    """Return the data in the base's frame, one of their trials, and words on a tracker elsewhere."""
+    moved, frame = _in_base_frame(data)
+    return moved, next(item for item in moved.trials if item.file == file), frame
 
 
 def _in_base_frame(data: Dataset) -> tuple[Dataset, str]:

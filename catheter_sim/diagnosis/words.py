@@ -621,7 +621,8 @@ def headline_numbers(diagnosis: DiagnosisResult) -> list[dict[str, str]]:
     if corrected:
         words = f"{error.what} before correction: the {before_model(diagnosis, 'fast model')}"
         numbers.append(("before", error.said(error.before), words))
-    numbers.append(("", error.said_noise, "row-to-row noise"))
+    distance = ", as a distance in space" if error.what == "tip error" else ""
+    numbers.append(("", error.said_noise, f"row-to-row noise{distance}"))
     if not math.isnan(error.repeatability):
         numbers.append(("", error.said(error.repeatability), "repeatability: two runs of the same commands"))
     if error.learnable and floor_words(error):

@@ -51,7 +51,7 @@ function addSlider(slider, place) {
   range.dataset.channel = slider.name;
   const box = { range, number, held: false };
   range.addEventListener("pointerdown", () => { box.held = true; });
-  range.addEventListener("change", () => { box.held = false; });
+  for (const end of ["change", "pointerup", "pointercancel"]) range.addEventListener(end, () => { box.held = false; });
   range.addEventListener("input", () => set(slider.name, Number(range.value)));
   number.addEventListener("change", () => set(slider.name, Number(number.value)));
   boxes.set(slider.name, box);
@@ -111,7 +111,7 @@ function take(next) {
   find("time").textContent = `${state.time_s.toFixed(1)} s`;
   find("tip").textContent = `tip ${tip.map((value) => value.toFixed(1)).join(", ")} mm`;
   find("failure").textContent = state.failure ? `${state.failure}. Press Reset.` : "";
-  if (about.played && state.play_s !== null) {
+  if (about.played) {
     find("at").value = state.play_s;
     find("play").textContent = state.running ? "Pause" : "Play";
   }
@@ -145,9 +145,20 @@ function lost() {
   find("lost").hidden = false;
 }
 
-const source = new EventSource("states");
-source.onmessage = (event) => { find("lost").hidden = true; take(JSON.parse(event.data)); };
-source.onerror = lost;
+// A page that is not seen asks for no states: a browser has six connections to a server, for all its pages.
+let source = null;
+
+function listen() {
+  source?.close();
+  source = null;
+  if (document.hidden) return;
+  source = new EventSource("states");
+  source.onmessage = (event) => { find("lost").hidden = true; take(JSON.parse(event.data)); };
+  source.onerror = lost;
+}
+
+document.addEventListener("visibilitychange", listen);
+listen();
 
 find("reset").addEventListener("click", () => ask({ reset: true }));
 find("save").addEventListener("click", () => {
@@ -155,8 +166,12 @@ find("save").addEventListener("click", () => {
   link.click();
 });
 find("shot").addEventListener("click", () => {
-  const link = Object.assign(document.createElement("a"), { href: find("view").toDataURL("image/png"), download: `${NAME}.png` });
-  link.click();
+  const drawn_on = find("view"), sheet = document.createElement("canvas"), pen = sheet.getContext("2d");
+  Object.assign(sheet, { width: drawn_on.width, height: drawn_on.height });
+  pen.fillStyle = colour("paper");
+  pen.fillRect(0, 0, sheet.width, sheet.height);
+  pen.drawImage(drawn_on, 0, 0);
+  Object.assign(document.createElement("a"), { href: sheet.toDataURL("image/png"), download: `${NAME}.png` }).click();
 });
 find("copy").addEventListener("click", async () => {
   const pull = ["x", "y", "z"].map((axis) => state?.values[`gravity_${axis}_mps2`] ?? 0);
@@ -169,6 +184,10 @@ find("copy").addEventListener("click", async () => {
     find("said").textContent = text;
   }
 });
+if (about.outside.length) {
+  find("outside").textContent = `The sliders leave out ${about.outside.join(", ")}: what acts on what is commanded or measured.`
+    + (about.played ? " A file that is played has it on its inputs." : "");
+}
 if (about.played) {
   find("player").hidden = false;
   find("file").textContent = about.played.name;

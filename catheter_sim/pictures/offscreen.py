@@ -819,14 +819,39 @@ def _simulated(
 
 
 def caption(robot: RobotSpec, inputs: Inputs, row: int) -> list[str]:
-    """Return the row's time and inputs as lines of text: of the channels that leave 0 in any row."""
+    """Return the row's time and inputs as lines of text: of channels and loads that leave 0 in any row.
+
+    Where there are more than the picture has room for, the last line says how many.
+    """
     lines = [f"t = {inputs.time_s[row]:.2f} s"]
     values = channel_inputs(robot, inputs)
-    for column, series in zip(input_channels(robot, inputs.actuation), values.T, strict=True):
-        if series.any():
+    for column, own in zip(input_channels(robot, inputs.actuation), values.T, strict=True):
+        if own.any():
             name, _, unit = column.rpartition("_")
-            lines.append(f"{name.replace('_', ' ')} {series[row] / si_factor(column):.2f} {unit}")
-    return lines[:_CAPTION_LINES]
+            lines.append(f"{name.replace('_', ' ')} {own[row] / si_factor(column):.2f} {unit}")
+    for column, own in _loads(inputs):
+        if own.any():
+            name, _, unit = column.rpartition("_")
+            lines.append(f"{name.replace('_', ' ')} {own[row]:.2g} {unit}")
+    if len(lines) > _CAPTION_LINES:
+        lines[_CAPTION_LINES - 1 :] = [f"and {len(lines) - _CAPTION_LINES + 1} more"]
+    return lines
+
+
+def _loads(inputs: Inputs) -> list[tuple[str, Array]]:
+    """Return the forces and moments by their columns, each of shape (r,)."""
+    found = []
+    for axis, letter in enumerate("xyz"):
+        found += [
+            (f"force_tip_{letter}_N", inputs.force_tip[:, axis]),
+            (f"moment_tip_{letter}_Nm", inputs.moment_tip[:, axis]),
+        ]
+        for index, body in enumerate(inputs.bodies):
+            found += [
+                (f"force_body_{body}_{letter}_N", inputs.force_body[:, index, axis]),
+                (f"moment_body_{body}_{letter}_Nm", inputs.moment_body[:, index, axis]),
+            ]
+    return found
 
 
 def row_words(robot: RobotSpec, inputs: Inputs, row: int) -> str:

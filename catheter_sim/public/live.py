@@ -7,11 +7,13 @@ address, to those who know its token, and serves nothing but the page, the robot
 from __future__ import annotations
 
 import hmac
+import ipaddress
 import json
 import math
 import os
 import secrets
 import shlex
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -26,11 +28,11 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import channel_inputs, drives_of
-from catheter_sim.core.inputs import Drive, Inputs
+from catheter_sim.core.inputs import Drive, Inputs, LinkForce
 from catheter_sim.core.robot import RobotSpec, whole_of
 from catheter_sim.diagnosis.recording import Recording, recording_of
 from catheter_sim.diagnosis.shapes import radii_mm
-from catheter_sim.effects.apply import built_in
+from catheter_sim.effects.apply import built_in, in_force, outside_the_robot
 from catheter_sim.errors import InputError, SimulationDiverged, shown
 from catheter_sim.page.render import page_json, page_script, rendered
 from catheter_sim.public.data import gravity_of, path_of, robot_of
@@ -64,8 +66,10 @@ class Slider:
     step: float
 
 
-def sliders_of(robot: RobotSpec, actuation: str) -> tuple[Slider, ...]:
-    """Return a slider for each input channel, and for the tip's force and gravity.
+def sliders_of(
+    robot: RobotSpec, actuation: str, gravity_mps2: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> tuple[Slider, ...]:
+    """Return a slider for each input channel, and for the tip's force and gravity, which holds what is given.
 
     A channel reaches as far as bends each segment alone by 90 deg, or as its joint goes.
     """
@@ -83,8 +87,9 @@ def sliders_of(robot: RobotSpec, actuation: str) -> tuple[Slider, ...]:
         found.append(_slider(drive.column, least, most))
     for axis in "xyz":
         found.append(_slider(f"force_tip_{axis}_N", -_LARGEST_TIP_FORCE_N, _LARGEST_TIP_FORCE_N))
+    largest = max(_LARGEST_GRAVITY, *map(abs, gravity_mps2))
     for axis in "xyz":
-        found.append(_slider(f"gravity_{axis}_mps2", -_LARGEST_GRAVITY, _LARGEST_GRAVITY))
+        found.append(_slider(f"gravity_{axis}_mps2", -largest, largest))
     return tuple(found)
 
 
@@ -105,15 +110,33 @@ class Played:
 
     Attributes:
         name: of the file.
-        inputs: its rows.
-        values: of the channels at the rows, shape (r, c), in file units.
+        inputs: its rows, as they were commanded.
+        arriving: what reaches the robot of them, through effects on the inputs.
+        values: of the channels at the rows, as commanded, shape (r, c), in file units.
         points: shape (r, k, 3) [m]; None: nothing was measured.
     """
 
     name: str
     inputs: Inputs
+    arriving: Inputs
     values: Array
     points: Array | None = None
+
+    def at(self, time_s: float) -> tuple[Array, Array, Array, list[LinkForce]]:
+        """Return what arrives at a time: tendons, the tip's force and moment, forces on bodies."""
+        clock = self.arriving.time_s
+
+        def of(series: Array) -> Array:
+            flat = series.reshape(len(clock), -1).T
+            return np.array([np.interp(time_s, clock, values) for values in flat]).reshape(series.shape[1:])
+
+        rows = self.arriving
+        forces, moments = of(rows.force_body), of(rows.moment_body)
+        others = [
+            LinkForce(body, None, tuple(force), tuple(moment))
+            for body, force, moment in zip(rows.bodies, forces, moments, strict=True)
+        ]
+        return of(rows.tendon), of(rows.force_tip), of(rows.moment_tip), others
 
 
 @dataclass
@@ -125,6 +148,7 @@ class LiveRobot:
         gravity_mps2: at first, shape (3,).
         played: what may be played; its inputs are the robot's.
         command: how a command line names the robot, quoted: id or file, and settings; "": by its name.
+        outside: effects that act before or after the robot, so that a slider does not have them.
         state: of the robot, as the page reads it; `number` counts them.
     """
 
@@ -132,25 +156,29 @@ class LiveRobot:
     gravity_mps2: tuple[float, float, float] = (0.0, 0.0, 0.0)
     played: Played | None = None
     command: str = ""
+    outside: tuple[str, ...] = ()
     state: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         actuation = None if self.played is None else self.played.inputs.actuation
         self.simulator = Simulator(self.robot, actuation, gravity_mps2=self.gravity_mps2)
         self.drives: tuple[Drive, ...] = tuple(drives_of(self.robot, self.simulator.actuation))
-        self.sliders = {item.name: item for item in sliders_of(self.robot, self.simulator.actuation)}
+        self.sliders = {item.name: item for item in self._sliders()}
         self.rest = dict.fromkeys(self.sliders, 0.0)
         for axis, value in zip("xyz", self.gravity_mps2, strict=True):
             self.rest[f"gravity_{axis}_mps2"] = value
         self.values = dict(self.rest)
         self.rows: list[tuple[float, dict[str, float]]] = []
         self.time_s = 0.0
-        self._play_s: float | None = None  # place in what is played; None: the sliders drive
-        self._speed, self._running = 1.0, False
+        self._play_s = 0.0  # place in what is played
+        self._by_hand, self._speed, self._running = True, 1.0, False
         self._changed = threading.Condition()
         self._number = 0
         self.failure = ""
         self._show()
+
+    def _sliders(self) -> tuple[Slider, ...]:
+        return sliders_of(self.robot, self.simulator.actuation, self.gravity_mps2)
 
     def ask(self, message: Mapping[str, Any]) -> None:
         """Take what a page asks for: `set`, `reset`, `play`.
@@ -177,11 +205,12 @@ class LiveRobot:
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise InputError(f"{name}: a finite number is needed")
             self.values[slider.name] = min(max(float(value), slider.least), slider.most)
-        self._play_s = None
+        self._by_hand, self._running = True, False
 
     def _reset(self) -> None:
         self.values = dict(self.rest)
-        self.rows, self.time_s, self._play_s, self.failure = [], 0.0, None, ""
+        self.rows, self.time_s, self.failure = [], 0.0, ""
+        self._play_s, self._by_hand, self._running = 0.0, True, False
         self.simulator.model.opt.gravity[:] = self.gravity_mps2
         self.simulator.reset()
 
@@ -197,7 +226,8 @@ class LiveRobot:
         if numbers["speed"] is not None:
             self._speed = min(max(float(numbers["speed"]), 0.05), 20.0)
         self._running = how.get("running", self._running) is True
-        if self._running and self._play_s is None:
+        self._by_hand = False
+        if self._running and self._play_s >= float(self.played.inputs.time_s[-1]):
             self._play_s = 0.0
 
     def advance(self) -> None:
@@ -211,8 +241,11 @@ class LiveRobot:
             simulator = self.simulator
             steps = max(1, round(FRAME_S / simulator.model.opt.timestep))
             simulator.model.opt.gravity[:] = [self.values[f"gravity_{axis}_mps2"] for axis in "xyz"]
-            force = np.array([self.values[f"force_tip_{axis}_N"] for axis in "xyz"])
-            simulator.set_inputs(self._tendon(), force)
+            if self.played is None or self._by_hand:
+                force = np.array([self.values[f"force_tip_{axis}_N"] for axis in "xyz"])
+                simulator.set_inputs(self._tendon(), force)
+            else:
+                simulator.set_inputs(*self.played.at(self._play_s))
             simulator.step(steps)
             simulator.require_finite()
             self.time_s += FRAME_S
@@ -232,7 +265,7 @@ class LiveRobot:
         return {name: value for name, value in self.values.items() if not name.startswith("gravity_")}
 
     def _take_played(self) -> None:
-        if self.played is None or self._play_s is None:
+        if self.played is None or self._by_hand:
             return
         clock = self.played.inputs.time_s
         for column, drive in enumerate(self.drives):
@@ -247,7 +280,7 @@ class LiveRobot:
     def _show(self) -> None:
         posture = self.simulator.posture()
         seen = None
-        if self.played is not None and self.played.points is not None and self._play_s is not None:
+        if self.played is not None and self.played.points is not None and not self._by_hand:
             clock = self.played.inputs.time_s
             flat = self.played.points.reshape(len(clock), -1).T
             seen = np.array([np.interp(self._play_s, clock, values) for values in flat]).reshape(-1, 3)
@@ -321,15 +354,17 @@ def live_robot(
     Raises:
         InputError: the robot cannot be driven.
     """
-    robot = built_in(specified, specified.name)
     if recording is None:
-        return LiveRobot(robot, gravity_mps2, command=command)
+        outside = tuple(outside_the_robot(specified))
+        return LiveRobot(built_in(specified, specified.name), gravity_mps2, command=command, outside=outside)
     inputs = recording.inputs
-    drives = drives_of(robot, inputs.actuation)
+    moving = recording.conditions is not None and recording.conditions[1]
+    acting = in_force(specified, inputs, specified.name, moving)
+    drives = drives_of(acting.robot, inputs.actuation)
     units = np.array([si_factor(drive.column) for drive in drives])
-    values = channel_inputs(robot, inputs) / units
-    played = Played(name, inputs, values, recording.points_at(inputs.time_s))
-    return LiveRobot(robot, gravity_mps2, played, command)
+    values = channel_inputs(acting.robot, inputs) / units
+    played = Played(name, inputs, acting.inputs, values, recording.points_at(inputs.time_s))
+    return LiveRobot(acting.robot, gravity_mps2, played, command, tuple(outside_the_robot(acting.specified)))
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -348,17 +383,34 @@ class LiveServer(ThreadingHTTPServer):
             InputError: the address cannot be had.
         """
         self.live, self.token, self.stop = live, secrets.token_urlsafe(24), threading.Event()
+        if ":" in host:
+            self.address_family = socket.AF_INET6
         try:
             super().__init__((host, port), _Answers)
         except (OSError, OverflowError) as error:
             raise InputError(f"--host {host}, port {port}: {error}") from None
-        self.hosts = {f"{name}:{self.server_port}" for name in {host, LOOPBACK, "localhost"}}
+        self.alone = host == LOOPBACK
+        everywhere = host in ("0.0.0.0", "::")
+        self.name = socket.gethostname() if everywhere else str(self.server_address[0])
+        self.names = {LOOPBACK, "localhost", host, self.name}
         self.page = page_of(live)
 
     @property
     def address(self) -> str:
         """What to open in a browser."""
-        return f"http://{self.server_address[0]!s}:{self.server_port}/{self.token}/"
+        name = f"[{self.name}]" if ":" in self.name else self.name
+        return f"http://{name}:{self.server_port}/{self.token}/"
+
+    def knows(self, host: str) -> bool:
+        """Return whether a Host header names this server.
+
+        Where others are let in, an address in numbers will do: only a name can be led elsewhere.
+        """
+        name, _, port = host.rpartition(":")
+        if port != str(self.server_port):
+            return False
+        name = name.removeprefix("[").removesuffix("]")
+        return name in self.names or (not self.alone and _is_address(name))
 
     def begin(self) -> None:
         """Simulate and serve in threads of their own."""
@@ -373,6 +425,14 @@ class LiveServer(ThreadingHTTPServer):
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing: a page that is closed in the middle of an answer is no error."""
+
+
+def _is_address(text: str) -> bool:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        return False
+    return True
 
 
 class _Answers(BaseHTTPRequestHandler):
@@ -401,15 +461,16 @@ class _Answers(BaseHTTPRequestHandler):
         if what is None:
             return
         length = self.headers.get("Content-Length", "")
-        if what != "ask" or not length.isdigit() or int(length) > _MOST_BYTES:
+        number = int(length) if length.isascii() and length.isdigit() else _MOST_BYTES + 1
+        if what != "ask" or number > _MOST_BYTES:
             self._refuse(HTTPStatus.NOT_FOUND if what != "ask" else HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
             return
         try:
-            message = json.loads(self.rfile.read(int(length)))
+            message = json.loads(self.rfile.read(number))
             if not isinstance(message, dict):
                 raise InputError("a JSON object is needed")
             self.server.live.ask(message)
-        except (ValueError, InputError) as error:
+        except (ValueError, RecursionError, InputError) as error:
             self._send(f"{error}\n".encode(), "text/plain; charset=utf-8", HTTPStatus.BAD_REQUEST)
             return
         self._send(b"", "text/plain; charset=utf-8", HTTPStatus.OK)
@@ -417,8 +478,11 @@ class _Answers(BaseHTTPRequestHandler):
     def _asked(self) -> str | None:
         """Return what of the server is asked for; None: it was refused."""
         origin = self.headers.get("Origin")
-        known = self.headers.get("Host", "") in self.server.hosts
-        if not known or (origin is not None and origin.removeprefix("http://") not in self.server.hosts):
+        known = self.server.knows(self.headers.get("Host", ""))
+        if known and origin is not None:
+            scheme, _, place = origin.partition("://")
+            known = scheme == "http" and self.server.knows(place)
+        if not known:
             self._refuse(HTTPStatus.FORBIDDEN)
             return None
         first, _, rest = self.path.removeprefix("/").partition("/")
@@ -463,6 +527,11 @@ class _Answers(BaseHTTPRequestHandler):
             self.wfile.flush()
 
 
+def reach_mm(shape_mm: Sequence[Sequence[float]]) -> float:
+    """Return how far the farthest point of a shape is from the base [mm]."""
+    return max(math.hypot(*point) for point in shape_mm)
+
+
 def turn_rad(drives: Sequence[Drive]) -> float:
     """Return the turn about z from which the first drive's bending is seen, nearly from the side [rad]."""
     sides = [drive.side for drive in drives if any(drive.side)] or [(1.0, 0.0)]
@@ -477,8 +546,9 @@ def page_of(live: LiveRobot) -> str:
         "sliders": [vars(item) | {"rest": live.rest[item.name]} for item in live.sliders.values()],
         "command": live.command or robot.name,
         "radii_mm": radii_mm(robot, np.arange(len(live.state["shape_mm"]))).round(3).tolist(),
-        "length_mm": 1e3 * sum(segment.length_m for segment in robot.segments),
+        "length_mm": reach_mm(live.state["shape_mm"]),
         "turn_rad": turn_rad(live.drives),
+        "outside": [name.replace("_", " ") for name in live.outside],
         "played": None
         if live.played is None
         else {"name": live.played.name, "end_s": float(live.played.inputs.time_s[-1])},

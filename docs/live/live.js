@@ -47,23 +47,29 @@ class Robot {
 
   // Simulates what has passed, as far as there is time; what was late is not caught up.
   advance(passed_s) {
-    const { mujoco, model, data } = this, begun = performance.now(), ctrl = data.ctrl;
-    for (const { name, least, most } of this.about.sliders) { // a jump of a slider is a ramp of the robot's
-      const change = Math.min(passed_s, 0.1) * (most - least) / RAMP_S, now = this.driven[name];
-      this.driven[name] = Math.min(now + change, Math.max(now - change, this.values[name]));
-    }
-    this.about.controls.forEach((parts, k) => {
-      ctrl[k] = parts.reduce((sum, [name, factor]) => sum + factor * this.driven[name], 0);
-    });
+    const { mujoco, model, data } = this, begun = performance.now();
     const from_s = data.time;
     this.due_s = Math.min(this.due_s + passed_s, 0.1);
     while (this.due_s >= this.step_s && performance.now() - begun < BUSY_MS) {
+      this.follow();
       mujoco.mj_step(model, data);
       this.due_s -= this.step_s;
     }
     if (passed_s > 0) this.speed += 0.05 * ((data.time - from_s) / passed_s - this.speed);
     this.trail.push(this.tip());
     if (this.trail.length > MOST_TRAIL) this.trail.shift();
+  }
+
+  // Brings what drives the robot nearer to its sliders by a step: a slider that jumps is a ramp of the robot's.
+  follow() {
+    const { ctrl } = this.data;
+    for (const { name, least, most } of this.about.sliders) {
+      const change = this.step_s * (most - least) / RAMP_S, now = this.driven[name];
+      this.driven[name] = Math.min(now + change, Math.max(now - change, this.values[name]));
+    }
+    this.about.controls.forEach((parts, k) => {
+      ctrl[k] = parts.reduce((sum, [name, factor]) => sum + factor * this.driven[name], 0);
+    });
   }
 
   // The tip in mm: it is fixed to the last body.
@@ -109,6 +115,7 @@ function addSlider({ name, unit, least, most, step }) {
 
 async function show(name) {
   find("said").textContent = "Loading.";
+  find("robot").disabled = true;
   try {
     mujoco ??= await engine();
     if (!LIVE.robots[name]) await load(`robots/${name}`);
@@ -124,6 +131,8 @@ async function show(name) {
   } catch (error) {
     find("said").textContent = `It does not run here: ${error.message ?? error}`;
     throw error;
+  } finally {
+    find("robot").disabled = false;
   }
 }
 

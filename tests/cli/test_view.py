@@ -271,7 +271,7 @@ def test_effects_that_no_model_holds_are_named(run: Run, monkeypatch: pytest.Mon
         "--set", "effects.rate.delay_s=0.1",
     )  # fmt: skip
     assert ran.status == 0
-    assert ran.out == "not shown, as they act on inputs or outputs: rate\n"
+    assert ran.out == "the sliders leave out what acts on inputs or outputs: rate\n"
     ((robot, gravity),) = seen
     assert robot.friction.mu == 0.1
     assert gravity == (0.0, 0.0, -9.81)

@@ -200,3 +200,42 @@ def test_compare_takes_a_trial_as_its_data_set_says(
     errors = read_table(out).columns["error_tip_x_mm"]
     assert float(line.split()[1]) == pytest.approx(np.sqrt(np.nanmean(errors**2)), rel=1e-3)
     assert (tmp_path / "a.png").stat().st_size > 10_000
+
+
+def test_a_file_is_known_however_the_data_set_names_it(mapped: Path, tmp_path: Path) -> None:
+    """By ./, in a folder below, from another working folder; two of one name are told by their folders."""
+    for day in ("one", "two"):
+        (tmp_path / day).mkdir()
+        (tmp_path / day / "log.csv").write_text(LOG)
+    text = MAPPED.replace('file = "log.csv"', 'file = "one/log.csv"')
+    text = text.replace('file = "more.csv"', 'file = "two/log.csv"\n[[trials]]\nfile = "./more.csv"')
+    (tmp_path / "dataset.toml").write_text(text)
+    robot = load_robot(SECTION)
+    for place in ("one/log.csv", "more.csv", "two/../two/log.csv"):
+        found = recording_of(robot, tmp_path / place)
+        assert found.conditions is not None
+        assert found.conditions[0].tolist() == [0.0, 9.81, 0.0]
+        assert "measured" in found.said or "a trial of" in found.said
+    assert recording_of(robot, tmp_path, "one/log").said != recording_of(robot, tmp_path, "two/log").said
+    with pytest.raises(InputError, match="choices: one/log, two/log, more"):
+        recording_of(robot, tmp_path, "log")
+
+
+def test_compare_moves_a_trackers_positions_as_simulate_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The errors that `simulate` writes are the differences that `compare` prints."""
+    example = EXAMPLES / "worn_catheter"
+    takes = [example / f"take_{k}.csv" for k in (1, 2, 3)]
+    words = ("--robot", "mitral_transseptal", "--spool-radius", "10", "-o", tmp_path / "d")
+    assert ran("import", *takes, *words) == 0
+    file = tmp_path / "d" / "take_1.csv"
+    assert ran("simulate", "mitral_transseptal", "--inputs", file, "-o", tmp_path / "o.csv") == 0
+    capsys.readouterr()
+    assert ran("compare", tmp_path / "o.csv", file) == 0
+    said = capsys.readouterr().out
+    error = np.stack([read_table(tmp_path / "o.csv").columns[f"error_tip_{axis}_mm"] for axis in "xyz"])
+    assert f"rms {np.sqrt((error**2).sum(axis=0).mean()):.4g} mm" in said
+    assert "moved to the base" in said
+    assert ran("compare", tmp_path / "d", file) == 2
+    assert "a folder; give a CSV file" in capsys.readouterr().err

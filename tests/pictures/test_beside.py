@@ -216,6 +216,12 @@ def test_the_inputs_are_those_of_the_channels_that_change() -> None:
     robot = load_robot("spacer_disk")
     inputs = cs.simulate(robot, {"time_s": [0.0], "tension_3_N": [1.0]}).inputs
     assert offscreen.caption(robot, inputs, 0) == ["t = 0.00 s", "tension 3 1.00 N"]
+    loaded = replace(inputs, force_tip=np.array([[-0.02, 0.0, 0.0]]))
+    assert offscreen.caption(robot, loaded, 0)[-1] == "force tip x -0.02 N"
+    many = replace(loaded, moment_tip=np.ones((1, 3)), bodies=(1, 2), force_body=np.ones((1, 2, 3)))
+    many = replace(many, moment_body=np.zeros((1, 2, 3)))
+    said = offscreen.caption(robot, many, 0)
+    assert (len(said), said[-1]) == (10, "and 3 more")
 
 
 def pinhole(view: View, size: tuple[int, int]) -> PinholeCamera:

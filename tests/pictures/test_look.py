@@ -145,7 +145,7 @@ def test_measured_points_are_blue_balls_where_they_were_measured(
     ("words", "said"),
     [
         (("--look-at", "1,2"), "--look-at 1,2: three numbers x,y,z in mm are needed"),
-        (("--elevation", "90"), "an angle between -90 and 90 is needed"),
+        (("--elevation", "91"), "an angle from -90 to 90 is needed"),
         (("--zoom", "0"), "a number above zero is needed"),
         (("--transparent", "--rows", "1,2"), "transparent is one row's picture"),
     ],

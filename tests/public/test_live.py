@@ -17,7 +17,15 @@ from catheter_sim.catalogue import ROBOTS, load_robot
 from catheter_sim.cli.main import main
 from catheter_sim.diagnosis.recording import recording_of
 from catheter_sim.errors import InputError
-from catheter_sim.public.live import LiveRobot, LiveServer, live_robot, sliders_of
+from catheter_sim.public.live import (
+    FRAME_S,
+    LiveRobot,
+    LiveServer,
+    live_robot,
+    page_of,
+    reach_mm,
+    sliders_of,
+)
 
 SECTION = "neuroendoscope_section"
 
@@ -105,7 +113,52 @@ def test_a_trial_is_played_with_its_measured_points(tmp_path: Path) -> None:
     assert live.state["measured_mm"] == [[None, 0.0, None]]
     live.ask({"set": {"tension_right_N": 0.0}})
     live.advance()
-    assert live.state["play_s"] is None
+    assert live.state["measured_mm"] is None
+    assert live.state["values"]["tension_right_N"] == 0.0
+
+
+def test_play_goes_on_from_where_it_was_and_again_from_the_end(tmp_path: Path) -> None:
+    """A slider or a reset pauses it; at the end it begins anew."""
+    given = tmp_path / "in.csv"
+    given.write_text("time_s,tension_right_N\n0,0\n1,0.2\n2,0.4\n")
+    robot = load_robot(SECTION)
+    live = live_robot(robot, (0.0, 0.0, 0.0), recording_of(robot, given), "in.csv")
+    live.ask({"play": {"at_s": 1.0, "running": True}})
+    live.advance()
+    live.ask({"set": {"tension_left_N": 0.1}})
+    live.advance()
+    assert live.state["running"] is False
+    assert live.state["play_s"] == pytest.approx(1.0 + FRAME_S)
+    live.ask({"play": {"running": True}})
+    live.advance()
+    assert live.state["play_s"] == pytest.approx(1.0 + 2.0 * FRAME_S)
+    live.ask({"play": {"at_s": 2.0}})
+    live.ask({"play": {"running": True}})
+    live.advance()
+    assert live.state["play_s"] == pytest.approx(FRAME_S)
+    live.ask({"reset": True})
+    live.advance()
+    assert (live.state["play_s"], live.state["running"]) == (0.0, False)
+
+
+def test_what_acts_on_inputs_and_bodies_is_on_a_file_that_is_played(tmp_path: Path) -> None:
+    """Where it is played slowly the robot stands where `simulate` has it: dead-band, load on an element."""
+    given = tmp_path / "in.csv"
+    given.write_text(
+        "time_s,displacement_right_mm,displacement_left_mm,force_body_15_x_N\n"
+        "0,0,0,0\n1,1,-1,-0.01\n2,0.8,-0.8,-0.01\n"
+    )
+    robot = load_robot(SECTION, {"effects.backlash.width_mm": 0.4})
+    live = live_robot(robot, (0.0, 0.0, 0.0), recording_of(robot, given), "in.csv")
+    assert live.outside == ("backlash",)
+    for at_s in (*np.linspace(0.0, 2.0, 60), *[2.0] * 60):
+        live.ask({"play": {"at_s": float(at_s), "running": False}})
+        live.advance()
+    tip = cs.simulate(robot, given).to_table().columns
+    expected = [tip[f"tip_{axis}_mm"][-1] for axis in "xyz"]
+    np.testing.assert_allclose(live.state["shape_mm"][-1], expected, atol=0.3)
+    page = json.loads(page_of(live).partition('id="about">')[2].partition("</script>")[0])
+    assert page["outside"] == ["backlash"]
 
 
 @pytest.mark.parametrize(
@@ -196,6 +249,8 @@ def test_only_who_knows_the_token_gets_an_answer(server: LiveServer) -> None:
         {"Host": f"evil.example:{server.server_port}"},
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
+        {"Origin": own},
+        {"Host": f"192.0.2.2:{server.server_port}"},
         {"Origin": f"http://{own}.evil.example"},
     ):
         assert answer(server, "GET", good, **headers)[0] == 403
@@ -208,6 +263,28 @@ def test_only_who_knows_the_token_gets_an_answer(server: LiveServer) -> None:
     assert answer(server, "POST", good + "upload", "x")[0] == 404
     assert answer(server, "POST", good + "ask", "x" * 70_000)[0] == 413
     assert answer(server, "POST", good + "ask", "[1]")[0] == 400
+    assert answer(server, "POST", good + "ask", "[" * 60_000)[0] == 400
+    assert answer(server, "POST", good + "ask", "{}", Content_Length="\u00b2")[0] == 413
+
+
+def test_a_server_for_others_knows_its_addresses_in_numbers_and_no_other_name() -> None:
+    """A name may be led to any machine by who owns it, a number may not."""
+    found = LiveServer(live_robot(load_robot(SECTION), (0.0, 0.0, 0.0)), "0.0.0.0")
+    found.begin()
+    good, port = f"/{found.token}/", found.server_port
+    assert found.address.startswith(f"http://{socket.gethostname()}:{port}/")
+    for host in ("192.0.2.2", "127.0.0.1", socket.gethostname()):
+        assert answer(found, "GET", good, Host=f"{host}:{port}")[0] == 200
+    for host in (f"evil.example:{port}", "192.0.2.2:1", "192.0.2.2"):
+        assert answer(found, "GET", good, Host=host)[0] == 403
+    found.end()
+
+
+def test_the_first_view_holds_the_whole_robot() -> None:
+    """Of robots that stand higher than their segments are long, too; a slider holds the gravity given."""
+    live = live_robot(load_robot("notched_wrist"), (0.0, 0.0, -30.0))
+    assert reach_mm(live.state["shape_mm"]) == pytest.approx(live.state["shape_mm"][-1][2])
+    assert live.sliders["gravity_z_mps2"].least <= -30.0
 
 
 def test_it_listens_on_this_machine_alone_and_frees_its_port() -> None:
@@ -242,6 +319,9 @@ def test_a_reports_folder_is_opened(tmp_path: Path, capsys: pytest.CaptureFixtur
     (tmp_path / "report.html").write_text("<p>a report</p>")
     assert main(["view", str(tmp_path), "--no-browser"]) == 0
     assert str(tmp_path / "report.html") in capsys.readouterr().out
+    assert main(["view", str(tmp_path / "report.html"), "--no-browser"]) == 0
+    assert main(["view", str(tmp_path), "--inputs", "x.csv"]) == 2
+    assert "a report plays no inputs" in capsys.readouterr().err
     assert main(["view", str(tmp_path.parent / "nothing")]) == 2
     (tmp_path / "report.html").unlink()
     assert main(["view", str(tmp_path)]) == 2
