@@ -97,8 +97,11 @@ def test_the_picture_turns_and_a_reset_brings_it_back(page: Any) -> None:
         number.press("Enter")
         assert settled(page, tip(page))[0] < -3.0
         bent = tip(page)
+        page.locator("input[data-channel=tension_left_N]").dispatch_event("pointerdown")  # and not moved
+        page.locator("input[data-channel=tension_left_N]").dispatch_event("pointerup")
         page.click("#reset")
         assert settled(page, bent) == pytest.approx([0.0, 0.0, 60.0], abs=0.1)
+        assert float(number.input_value()) == 0.0
 
 
 def test_the_copied_command_names_the_file_and_the_gravity(page: Any, tmp_path: Path) -> None:
