@@ -22,7 +22,7 @@ import matplotlib
 
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.cli.arguments import whole_number
-from catheter_sim.envs.vector import vec_env
+from catheter_sim.envs.stable_baselines import vec_env
 from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import replaced_when_whole
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import catheter_sim  # noqa: F401 - registers the environments
-from catheter_sim.envs.vector import as_stable_baselines
+from catheter_sim.envs.stable_baselines import as_stable_baselines
 from catheter_sim.files import assets_folder
 
 IDS = sorted(name for name in gymnasium.registry if name.startswith("catheter_sim/"))

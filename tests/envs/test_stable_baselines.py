@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import catheter_sim  # noqa: F401 - registers the environments
-from catheter_sim.envs.vector import as_stable_baselines, vec_env
+from catheter_sim.envs.stable_baselines import as_stable_baselines, vec_env
 from catheter_sim.errors import InputError
 
 SECTION = "catheter_sim/NeuroendoscopeSectionReach-v0"
