@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from catheter_sim.errors import InputError
-from catheter_sim.validation.papers import STATUSES, Checked, Item, Paper, load_papers, ours_of, row_of
+from catheter_sim.validation.papers import STATUSES, Checked, PaperItem, Paper, load_papers, ours_of, row_of
 
 TRUTH = Path(__file__).resolve().parent.parent / "docs" / "truth"
 PAGE = TRUTH / "papers_item_by_item.md"
@@ -90,7 +90,7 @@ def _linked(paper: Paper) -> str:
     return paper.reference.replace(f"doi {paper.doi}", link) if paper.doi else paper.reference
 
 
-def _row(item: Item, rows: Sequence[Checked]) -> str:
+def _row(item: PaperItem, rows: Sequence[Checked]) -> str:
     lines = [row_of(check, rows) for check in item.checks]
     name = f"**{item.item}**" if item.headline else item.item
     places = [f"`validate`: {row.check}" for row in lines]

@@ -66,7 +66,7 @@ def checked(line: Mapping[str, Any]) -> Checked:
 
 
 @dataclass(frozen=True)
-class Item:
+class PaperItem:
     """One item of a paper.
 
     Attributes:
@@ -117,7 +117,7 @@ class Paper:
     key: str
     name: str
     reference: str
-    items: tuple[Item, ...]
+    items: tuple[PaperItem, ...]
 
     @property
     def doi(self) -> str:
@@ -168,11 +168,11 @@ def load_paper(key: str) -> Paper:
     return papers[key]
 
 
-def _item(row: Mapping[str, Any], place: str) -> Item:
+def _item(row: Mapping[str, Any], place: str) -> PaperItem:
     for key in row:
         if key not in _KEYS:
             raise unknown("key", key, sorted(_KEYS), place)
-    item = Item(
+    item = PaperItem(
         number=row["number"],
         item=row["item"],
         status=row["status"],
@@ -207,7 +207,7 @@ def row_of(check: str, rows: Sequence[Checked]) -> Checked:
     return found[0]
 
 
-def ours_of(item: Item, rows: Sequence[Checked]) -> str:
+def ours_of(item: PaperItem, rows: Sequence[Checked]) -> str:
     """Return what this package gives for an item, with the figures of the validation's rows.
 
     Raises:
