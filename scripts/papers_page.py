@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from catheter_sim.errors import InputError
-from catheter_sim.validation.papers import STATUSES, Checked, PaperItem, Paper, load_papers, ours_of, row_of
+from catheter_sim.validation.papers import STATUSES, Checked, Paper, PaperItem, load_papers, ours_of, row_of
 
 TRUTH = Path(__file__).resolve().parent.parent / "docs" / "truth"
 PAGE = TRUTH / "papers_item_by_item.md"
