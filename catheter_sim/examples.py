@@ -14,7 +14,7 @@ import numpy as np
 from catheter_sim.channels import input_channels
 from catheter_sim.core.robot import RobotSpec
 from catheter_sim.errors import InputError, unknown
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 from catheter_sim.robots import KINDS
 from catheter_sim.tables import Table
 

@@ -18,7 +18,7 @@ from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.fit import fit, residuals
 from catheter_sim.diagnosis.prepare import prepare, split_problem
 from catheter_sim.diagnosis.problem import Term
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 
 EVERY = 4
 CHANNELS = [f"{part}_{k}" for part in ("base", "middle", "tip") for k in (1, 2, 3)]

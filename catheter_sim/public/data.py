@@ -496,7 +496,7 @@ def load_dataset(path: str | os.PathLike[str]) -> Dataset:
 
     Examples:
         >>> import catheter_sim as cs
-        >>> from catheter_sim.files import assets_folder
+        >>> from catheter_sim.resources import assets_folder
         >>> cs.load_dataset(assets_folder() / "examples" / "opencr_v4").robot.name
         'opencr_v4'
     """

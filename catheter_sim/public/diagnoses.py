@@ -457,7 +457,7 @@ class ModelDiagnosis:
 
     Examples:
         >>> import catheter_sim as cs
-        >>> from catheter_sim.files import assets_folder
+        >>> from catheter_sim.resources import assets_folder
         >>> found = cs.diagnose_model(assets_folder() / "foreign" / "ur5e")
         >>> found.verdict, found.causes
         ('cause_found', ('backlash',))
@@ -527,7 +527,7 @@ def diagnose_model(
 
     Examples:
         >>> import catheter_sim as cs
-        >>> from catheter_sim.files import assets_folder
+        >>> from catheter_sim.resources import assets_folder
         >>> cs.diagnose_model(assets_folder() / "foreign" / "ur5e", out="report")
         <ModelDiagnosis cause_found: backlash>
         >>> from pathlib import Path

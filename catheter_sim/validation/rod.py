@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 from catheter_sim.arrays import Array
 from catheter_sim.core.inputs import Inputs, LinkForce
 from catheter_sim.core.robot import Dynamics, Friction
-from catheter_sim.files import assets_folder
 from catheter_sim.modelling.build import build_mjcf
+from catheter_sim.resources import assets_folder
 from catheter_sim.robots.continuum.description import links
 from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment, Tendon
 from catheter_sim.simulation.replay import simulate

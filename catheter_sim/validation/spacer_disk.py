@@ -14,7 +14,7 @@ import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.errors import InputError, SimulationDiverged
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 from catheter_sim.robots.continuum.constant_curvature import constant_curvature
 from catheter_sim.robots.continuum.lumped import prb_printed
 from catheter_sim.robots.continuum.published import DISK_RADIUS_M, SEGMENT_LENGTH_M, spacer_disk

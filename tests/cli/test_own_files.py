@@ -13,7 +13,7 @@ from catheter_sim.cli import new
 from catheter_sim.core.document import to_document
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.examples import examples
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 from catheter_sim.robots import KINDS
 from catheter_sim.tables import read_table
 

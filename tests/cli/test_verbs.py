@@ -254,7 +254,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
         NextExperiment,
         UnitResult,
     )
-    from catheter_sim.files import assets_folder
+    from catheter_sim.resources import assets_folder
 
     dataset = load_dataset(assets_folder() / "examples" / "opencr_v4")
     asked: list[object] = []
@@ -308,7 +308,7 @@ def test_diagnose_prints_the_verdict_and_its_figures(
 def test_several_data_sets_get_a_folder_each(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each is named, and written to its own folder; nothing is begun where one of them cannot be read."""
     from catheter_sim.diagnosis import pipeline
-    from catheter_sim.files import assets_folder
+    from catheter_sim.resources import assets_folder
 
     asked: list[tuple[str, str]] = []
 
@@ -340,7 +340,7 @@ def test_a_comparison_ends(
 ) -> None:
     """After five minutes where nothing else is asked for, by the command line and in Python."""
     from catheter_sim.diagnosis.changes import series
-    from catheter_sim.files import assets_folder
+    from catheter_sim.resources import assets_folder
 
     asked: list[object] = []
 

@@ -18,7 +18,7 @@ from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.diagnosis.trials import Trial, cycles, is_repeat, split_trials, unit_of
 from catheter_sim.errors import InputError
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 from catheter_sim.tables import Table, read_table, write_table
 from tests.scripts_as_modules import script_module
 

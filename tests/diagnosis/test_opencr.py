@@ -9,7 +9,7 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.diagnosis.pipeline import diagnose
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 
 pytestmark = [pytest.mark.long, pytest.mark.xdist_group("opencr")]  # one diagnosis for all
 FOLDER = assets_folder() / "examples" / "opencr_v4"

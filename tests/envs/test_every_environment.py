@@ -13,7 +13,7 @@ import pytest
 
 import catheter_sim  # noqa: F401 - registers the environments
 from catheter_sim.envs.stable_baselines import as_stable_baselines
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 
 IDS = sorted(name for name in gymnasium.registry if name.startswith("catheter_sim/"))
 ALWAYS = {"tip_mm", "target_mm", "distance_mm", "speed_mm_per_s", "is_success", "diverged"}

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import catheter_sim as cs
-from catheter_sim.files import assets_folder
 from catheter_sim.planning.bounded import BoundedFit
 from catheter_sim.planning.inverse import Forward, InSimulation, targets_of
 from catheter_sim.planning.models import plan_drives
+from catheter_sim.resources import assets_folder
 from catheter_sim.robots.catheter.kinematics import tool_frame
 from catheter_sim.robots.catheter.published import mitral_transseptal
 from catheter_sim.tables import Table

@@ -17,9 +17,9 @@ from catheter_sim.cli.main import main
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.diagnosis.dataset import load_dataset
 from catheter_sim.errors import InputError
-from catheter_sim.files import assets_folder
 from catheter_sim.planning.bounded import beyond_limits
 from catheter_sim.planning.models import inputs_at, plan_drives
+from catheter_sim.resources import assets_folder
 from catheter_sim.tables import read_table
 
 EXAMPLES = assets_folder() / "examples"

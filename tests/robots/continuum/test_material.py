@@ -8,7 +8,7 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.errors import InputError
-from catheter_sim.files import assets_folder
+from catheter_sim.resources import assets_folder
 
 EXAMPLE = (assets_folder() / "examples" / "continuum_robot.toml").read_text()
 BENDING = "bending_stiffness_N_mm2 = 1560.0 "
