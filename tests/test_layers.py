@@ -22,7 +22,8 @@ FILES = tuple(sorted(ROOT.rglob("*.py")))
 
 # Lower may not import from higher; packages of one rank may know each other.
 RANK = {
-    **dict.fromkeys(("arrays", "errors", "units", "tables", "files", "platforms", "progress", "page"), 0),
+    **dict.fromkeys(("arrays", "errors", "units", "tables", "files", "platforms", "progress"), 0),
+    **dict.fromkeys(("page", "resources"), 0),
     "core": 1,
     **dict.fromkeys(("mechanics", "mjcf"), 2),
     "robots": 3,
