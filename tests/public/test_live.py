@@ -271,13 +271,15 @@ def test_a_server_for_others_knows_its_addresses_in_numbers_and_no_other_name() 
     """A name may be led to any machine by who owns it, a number may not."""
     found = LiveServer(live_robot(load_robot(SECTION), (0.0, 0.0, 0.0)), "0.0.0.0")
     found.begin()
-    good, port = f"/{found.token}/", found.server_port
-    assert found.address.startswith(f"http://{socket.gethostname()}:{port}/")
-    for host in ("192.0.2.2", "127.0.0.1", socket.gethostname()):
-        assert answer(found, "GET", good, Host=f"{host}:{port}")[0] == 200
-    for host in (f"evil.example:{port}", "192.0.2.2:1", "192.0.2.2"):
-        assert answer(found, "GET", good, Host=host)[0] == 403
-    found.end()
+    try:
+        good, port = f"/{found.token}/", found.server_port
+        assert found.address.startswith(f"http://{socket.gethostname()}:{port}/")
+        for host in ("192.0.2.2", "127.0.0.1", socket.gethostname()):
+            assert answer(found, "GET", good, Host=f"{host}:{port}")[0] == 200
+        for host in (f"evil.example:{port}", "192.0.2.2:1", "192.0.2.2"):
+            assert answer(found, "GET", good, Host=host)[0] == 403
+    finally:
+        found.end()
 
 
 def test_the_first_view_holds_the_whole_robot() -> None:
