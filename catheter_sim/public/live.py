@@ -131,10 +131,9 @@ class Played:
             return np.array([np.interp(time_s, clock, values) for values in flat]).reshape(series.shape[1:])
 
         rows = self.arriving
-        forces, moments = of(rows.force_body), of(rows.moment_body)
         others = [
-            LinkForce(body, None, tuple(force), tuple(moment))
-            for body, force, moment in zip(rows.bodies, forces, moments, strict=True)
+            LinkForce(body, None, tuple(of(rows.force_body[:, k])), tuple(of(rows.moment_body[:, k])))
+            for k, body in enumerate(rows.bodies)
         ]
         return of(rows.tendon), of(rows.force_tip), of(rows.moment_tip), others
 
