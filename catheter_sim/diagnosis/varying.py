@@ -17,6 +17,7 @@ from catheter_sim.core.variation import MARK, Variation, number_varied, variatio
 from catheter_sim.diagnosis.comparison import (
     SETTLED_FACTOR,
     leaves_only_noise,
+    noise_in_weights,
     pays,
 )
 from catheter_sim.diagnosis.fit import Fit, left_out_anew
@@ -92,6 +93,8 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
     soaks up much. Neither holds of what is seen in few stretches (`few`), of which more is asked elsewhere.
     """
     problem, best = search.problem, path[-1]
+    if not few and noise_in_weights(problem, best) > VARIED_LEAVES * best.cross_validated_rms:
+        return  # what left nothing but what is white would gain too little
     rows = telling(problem, courses(problem))
     share = PROMISED_ALONE if few else VARIED_WORTH
     worth = (share * best.cross_validated_rms) ** 2 * len(best.left_out)
