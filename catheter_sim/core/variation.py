@@ -17,7 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -116,7 +116,15 @@ class Variation:
     @property
     def name(self) -> str:
         """The name under which it stands beside its number."""
-        return f"{self.number}{MARK}{TIMES.join(_course_name(item) for item in self.courses)}"
+        return self.name_of(self.number)
+
+    def name_of(self, number: str) -> str:
+        """Return the name under which another number varies so."""
+        return f"{number}{MARK}{self._course}"
+
+    @cached_property
+    def _course(self) -> str:
+        return TIMES.join(_course_name(item) for item in self.courses)
 
     @property
     def courses(self) -> tuple[Variation, ...]:

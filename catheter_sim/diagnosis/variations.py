@@ -301,7 +301,7 @@ def along_rows(
         found: courses with their values at the residuals, shape (n, k) each (`telling`).
     """
     return [
-        VaryingWay(tuple(replace(item, number=number).name for item in items), values * own[:, np.newaxis])
+        VaryingWay(tuple(item.name_of(number) for item in items), values * own[:, np.newaxis])
         for items, values in found
     ]
 
@@ -311,7 +311,7 @@ def along_robot(number: str, parts: Array) -> list[VaryingWay]:
     middles = (np.arange(PARTS) + 0.5) / PARTS
     return [
         VaryingWay(
-            (replace(item, number=number).name,),
+            (item.name_of(number),),
             (parts @ SHAPES[item.shape].of(middles, item.at))[:, np.newaxis],
         )
         for item in places()
@@ -321,7 +321,7 @@ def along_robot(number: str, parts: Array) -> list[VaryingWay]:
 def part_names(number: str) -> tuple[str, ...]:
     """Return the names by which a number varies in each part of the robot alone."""
     return tuple(
-        replace(item, number=number).name
+        item.name_of(number)
         for item in places()
         if round(PARTS * (item.at[1] - item.at[0])) == 1
     )
