@@ -21,7 +21,9 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.tables import Table, read_table
 
 DATASET = "dataset.toml"
-_LEVELS = 4  # folders above a file in which its data set may lie
+_LEVELS = 4
+"""[folders] In a file's own and those above it a data set that lists the file is looked for. Why: assumed; data
+sets list files by day or by robot below them, not deeper."""
 MEASURED, ERROR = "measured_", "error_"  # before the names of columns that are written
 
 

@@ -320,11 +320,7 @@ def along_robot(number: str, parts: Array) -> list[VaryingWay]:
 
 def part_names(number: str) -> tuple[str, ...]:
     """Return the names by which a number varies in each part of the robot alone."""
-    return tuple(
-        item.name_of(number)
-        for item in places()
-        if round(PARTS * (item.at[1] - item.at[0])) == 1
-    )
+    return tuple(item.name_of(number) for item in places() if round(PARTS * (item.at[1] - item.at[0])) == 1)
 
 
 def telling(
