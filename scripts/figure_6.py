@@ -130,11 +130,11 @@ slack of the tendons. So three numbers are free here:
 Each row is fitted to three printed errors and predicts the one that is left out. The tracker's noise and its
 turned frame are assumed, as in [the validation](validation.md).
 
-| left out | slack [mm] | swing | time | printed [deg] | predicted [deg] | off | fitted, most off | at an edge of the grid |
+| left out | slack [mm] | swing | time | printed [deg] | predicted [deg] | off | fitted, off | at an edge |
 |---|---|---|---|---|---|---|---|---|"""
 _END = """
-`off` is the prediction's error. Where the last column is not near zero, no slack, swing and time within the
-grid give the three errors.
+`off` is the prediction's error, `fitted, off` the largest of the three that were fitted. Where it is not near
+zero, no slack, swing and time within the grid give the three errors, and one of these ended at an edge.
 The grid has {points} points. Its slacks are {slacks} mm, its swings {swings} and its times {times}.
 Between the points the logarithm of each error is quadratic. At the points this is at most {misfit:.0f} % off.
 All of them are in `docs/truth/figure_6.csv`. The page is made by `scripts/figure_6.py`."""
