@@ -116,11 +116,19 @@ def table_to_compare(path: str | os.PathLike[str]) -> tuple[Table, str]:
 
 def _listed(place: Path) -> tuple[Path, str] | None:
     """Return the folder of the data set that lists a file, in the file's folder or above, and the entry."""
+    own = place.absolute().parent
     for folder in list(place.absolute().parents)[:_LEVELS]:
-        if (folder / DATASET).is_file():
-            for file in _files(folder):
-                if (folder / file).resolve() == place.resolve():
-                    return (place.parent if folder == place.parent.absolute() else folder), file
+        if not (folder / DATASET).is_file():
+            continue
+        try:
+            files = _files(folder)
+        except InputError:
+            if folder == own:
+                raise
+            continue  # what lies above may be another's
+        for file in files:
+            if (folder / file).resolve() == place.resolve():
+                return (place.parent if folder == own else folder), file
     return None
 
 

@@ -219,6 +219,9 @@ def test_a_file_is_known_however_the_data_set_names_it(mapped: Path, tmp_path: P
     assert recording_of(robot, tmp_path, "one/log").said != recording_of(robot, tmp_path, "two/log").said
     with pytest.raises(InputError, match="choices: one/log, two/log, more"):
         recording_of(robot, tmp_path, "log")
+    (tmp_path / "dataset.toml").write_text("no table")  # another's, above
+    (tmp_path / "one" / "plain.csv").write_text(PLAIN)
+    assert recording_of(robot, tmp_path / "one" / "plain.csv").conditions is None
 
 
 def test_compare_moves_a_trackers_positions_as_simulate_does(
