@@ -60,7 +60,7 @@ def test_every_licence_is_listed() -> None:
     files = {
         path.relative_to(ROOT).as_posix()
         for folder in ("assets", "docs/vendor", "tests/data")
-        for path in (ROOT / folder).rglob("LICENSE")
+        for path in (ROOT / folder).rglob("LICENSE*")
     }
     rows = [line.split("|")[1:-1] for line in text_of("docs/reference/licences.md").splitlines()]
     listed = {row[0].strip().strip("`"): row for row in rows if row and "LICENSE" in row[0]}

@@ -8,8 +8,8 @@ example:
 Prints one line per check (ours, analytic, published, error, tolerance, source; units in the line)
 and leaves report.html, the table as text and JSON, and plots in the output folder. Without ROBOT:
 every robot that has checks. With --paper the report begins with what that paper prints, item by item: the
-printed figure, ours of this run, and what ours is worth. The pictures are the paper's figures with ours in
-them. Exit status 1 where a line is out of its tolerance.
+printed figure, ours, and what ours is worth. The pictures are those of the checks of its robots. Exit
+status 1 where a line is out of its tolerance.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def _in_browser(options: argparse.Namespace) -> int:
         live = live_robot(specified, arguments.gravity(options.gravity or "0,0,0"), command=command)
     else:
         driven = drive(options)
-        specified = driven.specified  # by the inputs' actuation
+        specified = driven.specified
         x, y, z = driven.gravity_mps2.tolist()
         name = options.trial or Path(options.inputs).name
         live = live_robot(specified, (x, y, z), driven.recording, name, command)

@@ -28,7 +28,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
 from catheter_sim.channels import channel_inputs, drives_of
-from catheter_sim.core.inputs import Drive, Inputs, LinkForce
+from catheter_sim.core.inputs import Drive, Inputs
 from catheter_sim.core.robot import RobotSpec, whole_of
 from catheter_sim.diagnosis.recording import Recording, recording_of
 from catheter_sim.diagnosis.shapes import radii_mm
@@ -36,6 +36,7 @@ from catheter_sim.effects.apply import built_in, in_force, outside_the_robot
 from catheter_sim.errors import InputError, SimulationDiverged, shown
 from catheter_sim.page.render import page_json, page_script, rendered
 from catheter_sim.public.data import gravity_of, path_of, robot_of
+from catheter_sim.simulation.replay import Commands
 from catheter_sim.simulation.simulator import Simulator
 from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
@@ -118,24 +119,9 @@ class Played:
 
     name: str
     inputs: Inputs
-    arriving: Inputs
+    arriving: Commands
     values: Array
     points: Array | None = None
-
-    def at(self, time_s: float) -> tuple[Array, Array, Array, list[LinkForce]]:
-        """Return what arrives at a time: tendons, the tip's force and moment, forces on bodies."""
-        clock = self.arriving.time_s
-
-        def of(series: Array) -> Array:
-            flat = series.reshape(len(clock), -1).T
-            return np.array([np.interp(time_s, clock, values) for values in flat]).reshape(series.shape[1:])
-
-        rows = self.arriving
-        others = [
-            LinkForce(body, None, tuple(of(rows.force_body[:, k])), tuple(of(rows.moment_body[:, k])))
-            for k, body in enumerate(rows.bodies)
-        ]
-        return of(rows.tendon), of(rows.force_tip), of(rows.moment_tip), others
 
 
 @dataclass
@@ -244,7 +230,8 @@ class LiveRobot:
                 force = np.array([self.values[f"force_tip_{axis}_N"] for axis in "xyz"])
                 simulator.set_inputs(self._tendon(), force)
             else:
-                simulator.set_inputs(*self.played.at(self._play_s))
+                arriving = self.played.arriving
+                arriving.set(simulator, arriving.means(np.array([self._play_s]), FRAME_S)[0])
             simulator.step(steps)
             simulator.require_finite()
             self.time_s += FRAME_S
@@ -362,7 +349,7 @@ def live_robot(
     drives = drives_of(acting.robot, inputs.actuation)
     units = np.array([si_factor(drive.column) for drive in drives])
     values = channel_inputs(acting.robot, inputs) / units
-    played = Played(name, inputs, acting.inputs, values, recording.points_at(inputs.time_s))
+    played = Played(name, inputs, Commands(acting.inputs), values, recording.points_at(inputs.time_s))
     return LiveRobot(acting.robot, gravity_mps2, played, command, tuple(outside_the_robot(acting.specified)))
 
 

@@ -165,3 +165,13 @@ def test_a_paper_is_redrawn_with_the_figures_of_the_run(
     assert any(row["ours"].startswith("not computed") for row in rows.values())
     with pytest.raises(InputError, match="unknown paper 'kato'; choices: neuroendoscope_2016, "):
         report.validate([], tmp_path, paper="kato")
+
+
+def test_figure_6s_predictions_are_those_of_their_page() -> None:
+    """Items 10 and 11 of Nayar 2023 type the four predictions, with the generated page's digits."""
+    page = (TRUTH / "figure_6.md").read_text(encoding="utf-8")
+    rows = [line.split(" | ") for line in page.splitlines() if re.match(r"\| (PK|TE)", line)]
+    typed = " ".join(item.ours for item in kept.load_paper("mitral_4dof_2023").items[9:11])
+    assert len(rows) == 4
+    for row in rows:
+        assert f"{row[0].removeprefix('| ')} {row[5]}" in typed
