@@ -73,13 +73,14 @@ FIGURES = {
         "0.02 mm",
         "catheter-sim validate neuroendoscope_section -o {work}",
         _VALIDATE,
-        r"shipped friction, tip, largest.*?([\d.]+) mm",
+        r"shipped friction, tip, largest +mm +(?:- +)+([\d.e-]+)",
+        largest=True,
     ),
     "benchmark_vc": Figure(
         "0.148 %",
         "catheter-sim validate spacer_disk -o {work}",
         _VALIDATE,
-        r"scenario 1, 10 disks, VC: mean tip position error\D+([\d.]+)",
+        r"scenario 1, 10 disks, VC: mean tip position error +% +([\d.]+)",
     ),
     "ik": Figure(
         "0.096 %",

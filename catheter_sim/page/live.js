@@ -185,8 +185,8 @@ find("copy").addEventListener("click", async () => {
   }
 });
 if (about.outside.length) {
-  find("outside").textContent = `The sliders leave out ${about.outside.join(", ")}: what acts on what is commanded or measured.`
-    + (about.played ? " A file that is played has it on its inputs." : "");
+  find("outside").textContent = `The sliders leave out what acts on commands or measurements: ${about.outside.join(", ")}.`
+    + (about.played ? " A file that is played has what acts on its commands." : "");
 }
 if (about.played) {
   find("player").hidden = false;

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from catheter_sim.validation.lines import Line, Validation
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -59,3 +63,33 @@ def test_a_figure_is_stale_where_what_it_imports_has_changed(
     assert figures.state("one") == "wrong"
     (package / "far.py").write_text("LENGTH = 2.0\n")
     assert figures.state("one") == "stale"
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "wanted"),
+    [
+        (
+            "friction_of_tendons",
+            {"quantity": "tip pushed: shipped friction, tip, largest", "unit": "mm", "error": 0.0211},
+            [0.0211],
+        ),
+        (
+            "benchmark_vc",
+            {"quantity": "scenario 1, 10 disks, VC: mean tip position error", "unit": "%", "ours": 0.148},
+            [0.148],
+        ),
+        (
+            "benchmark_vc",
+            {"quantity": "scenario 1, 10 disks, VC: mean tip position error over 16 sets", "unit": "%"},
+            [],
+        ),
+    ],
+)
+def test_a_figure_is_read_from_the_table_that_validate_prints(
+    name: str, line: dict[str, Any], wanted: list[float]
+) -> None:
+    """Its own cell, not a number of the line's name or of the next line."""
+    given = {"robot": "a_robot", "error": 0.5, "tolerance": 0.1, "source": "16 sets, 2021"} | line
+    text = Validation((Line(**given), Line(**(given | {"quantity": "0.40 N"}))), ()).table_text()
+    read = [float(value) for value in re.findall(figures.FIGURES[name].reads, text, re.MULTILINE | re.DOTALL)]
+    assert read == wanted
