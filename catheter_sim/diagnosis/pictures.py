@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -28,6 +28,7 @@ from catheter_sim.diagnosis.residuals import (
 from catheter_sim.diagnosis.result import DiagnosisResult, FittedParameter, TrialFit
 from catheter_sim.diagnosis.trials import TIP, Dataset, place_along, points_of, unit_of
 from catheter_sim.diagnosis.words import axis_label, before_model, errors_of
+from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls, workers
 from catheter_sim.effects import EFFECTS
 from catheter_sim.pictures.curves import COLOURS, LEGEND, entitle, panels_of, png_of, tidy_axes
 from catheter_sim.tables import Table
@@ -386,26 +387,41 @@ class ReportPicture:
     score: ViewScore | None = None
 
 
-def figures(diagnosis: DiagnosisResult) -> tuple[ReportPicture, ...]:
+def figures(diagnosis: DiagnosisResult, place: Workers = SERIAL) -> tuple[ReportPicture, ...]:
     """Return the report's pictures; the first is the one at its top: the paths in space, if there are any.
 
-    Where no model was fitted there is one: what was measured.
+    Where no model was fitted there is one: what was measured. They are drawn at `place`.
     """
     if not diagnosis.was_fitted:
-        return (_headline_picture(diagnosis),)
-    pictures = [*_paths_picture(diagnosis), _headline_picture(diagnosis), _error_picture(diagnosis)]
-    varied = variation_figure(diagnosis)
-    if varied is not None:
-        pictures.append(ReportPicture(VARIATIONS, "How numbers vary, with their 95 % bands.", png_of(varied)))
+        return _headline_picture(diagnosis)
+    scores = [
+        item
+        for item in score_views(diagnosis.dataset, judged(diagnosis)[0], diagnosis.unit)
+        if item.coordinate
+    ]
+    calls = [(diagnosis, name) for name in _DRAWN] + [(diagnosis, item) for item in scores]
+    with workers(place) as pool:
+        return tuple(picture for some in map_calls(pool, _drawn, calls) for picture in some)
+
+
+def _drawn(diagnosis: DiagnosisResult, what: str | ViewScore) -> tuple[ReportPicture, ...]:
+    """Return a picture by its name or what it shows, none where a diagnosis has nothing to show there."""
+    return _DRAWN[what](diagnosis) if isinstance(what, str) else _view_picture(diagnosis, what)
+
+
+def _variation_picture(diagnosis: DiagnosisResult) -> tuple[ReportPicture, ...]:
+    figure = variation_figure(diagnosis)
+    if figure is None:
+        return ()
+    return (ReportPicture(VARIATIONS, "How numbers vary, with their 95 % bands.", png_of(figure)),)
+
+
+def _view_picture(diagnosis: DiagnosisResult, score: ViewScore) -> tuple[ReportPicture, ...]:
     fits, subject = judged(diagnosis)
     columns = shown_columns(diagnosis, fits)
-    for score in score_views(diagnosis.dataset, fits, diagnosis.unit):
-        if not score.coordinate:
-            continue
-        figure = view_figure(diagnosis.dataset, fits, score, columns, subject)
-        caption = f"Mean residual against {VIEWS[score.view]}, with its 95 % interval."
-        pictures.append(ReportPicture(f"residuals_{score.view}", caption, png_of(figure), score))
-    return tuple(pictures)
+    figure = view_figure(diagnosis.dataset, fits, score, columns, subject)
+    caption = f"Mean residual against {VIEWS[score.view]}, with its 95 % interval."
+    return (ReportPicture(f"residuals_{score.view}", caption, png_of(figure), score),)
 
 
 def shown_columns(diagnosis: DiagnosisResult, fits: Sequence[TrialFit]) -> list[str]:
@@ -450,17 +466,17 @@ def _heldout(diagnosis: DiagnosisResult) -> list[TrialFit]:
     return [fit for fit in diagnosis.fits if fit.role == "heldout"] or list(diagnosis.fits)
 
 
-def _paths_picture(diagnosis: DiagnosisResult) -> list[ReportPicture]:
+def _paths_picture(diagnosis: DiagnosisResult) -> tuple[ReportPicture, ...]:
     fit = _shown_fit(diagnosis, shown_columns(diagnosis, _heldout(diagnosis)))
     figure = paths_figure(fit)
     if figure is None:
-        return []
+        return ()
     which = "held-out trial" if fit.role == "heldout" else "training trial"
     caption = (
         f"Paths in space in the {which} {fit.file}. {_stages_words(diagnosis)} Thin lines join each measured "
         "point to the one computed after."
     )
-    return [ReportPicture(PATHS, caption, png_of(figure))]
+    return (ReportPicture(PATHS, caption, png_of(figure)),)
 
 
 def _stages_words(diagnosis: DiagnosisResult) -> str:
@@ -469,7 +485,7 @@ def _stages_words(diagnosis: DiagnosisResult) -> str:
     return f"{before}, after the corrected one." if diagnosis.is_corrected else f"{before}; so is after."
 
 
-def _headline_picture(diagnosis: DiagnosisResult) -> ReportPicture:
+def _headline_picture(diagnosis: DiagnosisResult) -> tuple[ReportPicture, ...]:
     columns = shown_columns(diagnosis, _heldout(diagnosis))
     fit = _shown_fit(diagnosis, columns)
     trial = next(item for item in diagnosis.dataset.trials if item.file == fit.file)
@@ -489,14 +505,11 @@ def _headline_picture(diagnosis: DiagnosisResult) -> ReportPicture:
         against = "over time"
         last = " The last panel is the error."
     said = f"{_stages_words(diagnosis)}{last}" if diagnosis.was_fitted else "No model was fitted."
-    return ReportPicture(
-        "headline",
-        f"The {which} {fit.file} {against}. {said}",
-        png_of(figure),
-    )
+    caption = f"The {which} {fit.file} {against}. {said}"
+    return (ReportPicture("headline", caption, png_of(figure)),)
 
 
-def _error_picture(diagnosis: DiagnosisResult) -> ReportPicture:
+def _error_picture(diagnosis: DiagnosisResult) -> tuple[ReportPicture, ...]:
     """Return how often an error of a given size or less occurs, on the held-out rows."""
     fits = _heldout(diagnosis)
     which = "held-out rows" if fits[0].role == "heldout" else "rows"
@@ -523,4 +536,13 @@ def _error_picture(diagnosis: DiagnosisResult) -> ReportPicture:
     axes.set_ylim(0.0, 100.0)
     axes.legend(**LEGEND)
     tidy_axes(axes)
-    return ReportPicture("errors", f"The share of {which} with at most this error.", png_of(figure))
+    caption = f"The share of {which} with at most this error."
+    return (ReportPicture("errors", caption, png_of(figure)),)
+
+
+_DRAWN: Mapping[str, Callable[[DiagnosisResult], tuple[ReportPicture, ...]]] = {
+    PATHS: _paths_picture,
+    "headline": _headline_picture,
+    "errors": _error_picture,
+    VARIATIONS: _variation_picture,
+}

@@ -105,14 +105,18 @@ def diagnose(
     unfinished = Path(output_folder) / UNFINISHED
     place = Workers(jobs, dask, unfinished)
     found = diagnose_dataset(data, place, progress, budget_s=budget_s, search_anyway=search_anyway)
-    diagnosis = write_diagnosis(stamped(found, command), output_folder)
+    drawing = SERIAL if dask else Workers(jobs)
+    diagnosis = write_diagnosis(stamped(found, command), output_folder, drawing)
     shutil.rmtree(unfinished, ignore_errors=True)
     return diagnosis
 
 
-def write_diagnosis(diagnosis: DiagnosisResult, folder: str | os.PathLike[str]) -> DiagnosisResult:
+def write_diagnosis(
+    diagnosis: DiagnosisResult, folder: str | os.PathLike[str], place: Workers = SERIAL
+) -> DiagnosisResult:
     """Write report, diagnosis.json, the extended robot and its model, and the fitted series to `folder`.
 
+    Pictures are drawn at `place`.
     The diagnosis is returned as it was written: with a note on each file that is missing.
 
     Raises:
@@ -121,7 +125,7 @@ def write_diagnosis(diagnosis: DiagnosisResult, folder: str | os.PathLike[str]) 
     attempt = Attempts()
     diagnosis = stamped(diagnosis)
     model = attempt("model.xml", lambda: model_of(diagnosis), str)
-    write_results(diagnosis, folder, model, attempt=attempt)
+    write_results(diagnosis, folder, model, attempt=attempt, place=place)
     return with_notes(diagnosis, attempt)
 
 

@@ -65,6 +65,7 @@ from catheter_sim.diagnosis.words import (
     use_words,
     words,
 )
+from catheter_sim.diagnosis.workers import SERIAL, Workers
 from catheter_sim.effects.varying import varies
 from catheter_sim.errors import InputError
 from catheter_sim.page.render import page_json, page_script, png_source, rendered
@@ -131,7 +132,6 @@ _TEMPLATE = "report_template.html"
 
 
 _MOST_CANDIDATES = 6  # rows of the ranking; diagnosis.json holds all
-_PICTURE_COLOURS = 128  # of a picture in the page: two lines, letters and their edges need no more
 
 
 def sentence(diagnosis: DiagnosisResult) -> str:
@@ -326,7 +326,7 @@ def _evidence(diagnosis: DiagnosisResult, pictures: Sequence[ReportPicture]) -> 
                 "caption": picture.caption,
                 "alt": spoken(picture.caption).striptags(),
                 "wide": picture.name != PATHS,
-                "data": png_source(picture.png, _PICTURE_COLOURS),
+                "data": png_source(picture.png),
             }
             for picture in pictures
         ],
@@ -390,6 +390,7 @@ def write_results(
     given: Mapping[str, Any] | None = None,
     head: Head | None = None,
     attempt: Attempts | None = None,
+    place: Workers = SERIAL,
 ) -> tuple[Path, ...]:
     """Write everything that a diagnosis leaves into `folder`, made if need be; return the files.
 
@@ -397,7 +398,7 @@ def write_results(
     complete. Where a file cannot be made, the others are, and a note in both reports says so. `model_xml` is
     the extended robot as MJCF, "" where it could not be made; `given`, the document of diagnosis.json, and
     `head` are the diagnosis's own if None. `attempt` has notes on what failed before, and gets those on what
-    fails here.
+    fails here. Pictures are drawn at `place`.
 
     Raises:
         InputError: the folder, or a file in it, cannot be made or written; what can be is.
@@ -421,7 +422,9 @@ def write_results(
         else:
             files.extend([done] if done else [])
 
-    pictures: tuple[ReportPicture, ...] = attempt("Every picture", lambda: figures(diagnosis), lambda: ())
+    pictures: tuple[ReportPicture, ...] = attempt(
+        "Every picture", lambda: figures(diagnosis, place), lambda: ()
+    )
     for name, content in _beside(diagnosis, model_xml, pictures):
         put(name, content)
     noted = with_notes(diagnosis, attempt)

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 
 from catheter_sim.arrays import Array
 from catheter_sim.channels import input_channels
-from catheter_sim.core.variation import MARK, OF_CHANNEL, OF_SIDES, SHAPES, Variation, variation_of
+from catheter_sim.core.variation import MARK, OF_CHANNEL, OF_SIDES, SHAPES, Variation
 from catheter_sim.diagnosis.fit import Fit, fold_of
 from catheter_sim.diagnosis.problem import Problem, Term, prior_of
 from catheter_sim.diagnosis.trials import measured_of
@@ -63,6 +64,7 @@ class Promise:
         terms: the hypothesis.
         known: where to start, by effect and parameter.
         cost: sum of squares on stretches left out, to first order.
+        fixed: the same where the number does not vary.
         effect: of which a number varies.
         kind: number, what it varies with, channel and shape.
     """
@@ -70,6 +72,7 @@ class Promise:
     terms: tuple[Term, ...]
     known: Mapping[tuple[str, str], float]
     cost: float
+    fixed: float
     effect: str
     kind: tuple[str, ...]
 
@@ -80,7 +83,7 @@ def courses(problem: Problem) -> Iterator[tuple[Variation, ...]]:
     Several together are a curve: a hat at each of its knots but the first.
     """
     for along, channel in arguments_of(problem):
-        levels = np.concatenate(_levels(problem, along, channel))
+        levels = _levels(problem, along, channel)
         if along in OF_SIDES:
             if (levels > 0.0).any() and (levels < 0.0).any():
                 yield (Variation("", along, "step", channel, (0.0,)),)
@@ -131,7 +134,7 @@ def courses_near(problem: Problem, item: Variation) -> Iterator[tuple[Variation,
         return
     if item.along in ("place", *OF_SIDES) or item.shape not in ("step", "ramp"):
         return
-    levels = np.concatenate(_levels(problem, item.along, item.channel))
+    levels = _levels(problem, item.along, item.channel)
     values, counts = np.unique(levels, return_counts=True)
     between = 0.5 * (values[:-1] + values[1:])
     share = np.cumsum(counts)[:-1] / len(levels)
@@ -154,24 +157,18 @@ def arguments_of(problem: Problem) -> Iterator[tuple[str, str]]:
             yield along, channel
 
 
-def _levels(problem: Problem, along: str, channel: str) -> list[Array]:
-    """Return what numbers vary with at the rows compared, an array of each trial."""
-    return [
-        argument(problem.robot, trial.inputs, along, channel)[:: problem.every] for trial in problem.trials
-    ]
+def _levels(problem: Problem, along: str, channel: str) -> Array:
+    """Return what numbers vary with at the rows compared, shape (r,), trial by trial."""
+    every = problem.every
+    return np.concatenate(
+        [argument(problem.robot, trial.inputs, along, channel)[::every] for trial in problem.trials]
+    )
 
 
-def course_of(problem: Problem, item: Variation) -> Array:
-    """Return how far a variation has come at each residual, shape (n,)."""
-    found: Array = np.ones(1)
-    for each in item.courses:
-        parts = []
-        for trial, level in zip(problem.trials, _levels(problem, each.along, each.channel), strict=True):
-            finite = np.isfinite(measured_of(trial, problem.columns)[:: problem.every])
-            values = SHAPES[each.shape].of(level, each.at)
-            parts.append(np.broadcast_to(values[:, np.newaxis], finite.shape)[finite])
-        found = found * np.concatenate(parts)
-    return found
+def _row_of_residual(problem: Problem) -> np.ndarray:
+    """Return the row of each residual, shape (n,), counted through all trials."""
+    finite = [np.isfinite(measured_of(trial, problem.columns)[:: problem.every]) for trial in problem.trials]
+    return np.nonzero(np.concatenate(finite))[0]
 
 
 def places() -> Iterator[Variation]:
@@ -231,27 +228,56 @@ def beside_fit(current: Fit, term: Term, change: Tangent | None, only: bool = Fa
 
 
 @dataclass(frozen=True)
+class Course:
+    """How a number may vary, but for the number.
+
+    Attributes:
+        items: each with `number` empty; several together are a curve.
+        values: how far each has come at each residual, shape (n, k).
+        some: the same at those that stand for all (`RANKED_BY`), shape (r, k).
+    """
+
+    items: tuple[Variation, ...]
+    values: Array
+    some: Array
+
+
+def _course(items: tuple[Variation, ...], values: Array) -> Course:
+    return Course(items, values, values[_some(len(values), RANKED_BY)])
+
+
+@dataclass(frozen=True)
 class VaryingWay:
-    """A way in which a number may vary, with the derivative by how far it does, shape (n, k)."""
+    """A number that varies by a course: `own` is the derivative by the number, shape (n,)."""
 
-    names: tuple[str, ...]
-    columns: Array
+    number: str
+    course: Course
+    own: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(item.name_of(self.number) for item in self.course.items)
+
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """The number, and of each thing it varies with: what, its channel, the shape."""
+        courses = self.course.items[0].courses
+        return self.number, *(part for one in courses for part in (one.along, one.channel, one.shape))
 
 
+@cache
 def _some(count: int, most: int) -> np.ndarray:
     """Return which of so many values stand for all, at most so many: by chance, as neighbours are columns."""
     return np.sort(np.random.default_rng(0).permutation(count)[:most])
 
 
-def multiplied(
-    at: Beside, own: Array, found: Sequence[tuple[tuple[Variation, ...], Array]], along: Sequence[str]
-) -> list[tuple[tuple[Variation, ...], Array]]:
+def multiplied(at: Beside, own: Array, found: Sequence[Course], along: Sequence[str]) -> list[Course]:
     """Return products of two courses with different things, each the best beside the other.
 
     `own` is the derivative by the number, shape (n,), `along` what it may vary with alone: one of the two at
-    least. What is returned is as `found` is.
+    least.
     """
-    single = [(items[0], values[:, 0]) for items, values in found if len(items) == 1]
+    single = [(way.items[0], way.values[:, 0]) for way in found if len(way.items) == 1]
     if not single or not own.any():
         return []
     thin = _some(len(own), MULTIPLIED_BY)
@@ -261,11 +287,14 @@ def multiplied(
     within, _ = np.linalg.qr(base)
     left = at.error[thin] - within @ (within.T @ at.error[thin])
 
+    squares, known = values**2, np.column_stack([within, left])
+
     def gains(course: Array) -> Array:
-        columns = values * (own[thin] * course)
-        whole = (columns**2).sum(axis=1)
-        size = whole - ((columns @ within) ** 2).sum(axis=1)
-        return np.asarray((columns @ left) ** 2 / np.maximum(size, 1e-3 * whole + 1e-12))
+        mine = own[thin] * course  # times `values`: the derivative along each product
+        whole = squares @ mine**2
+        shares = values @ (mine[:, np.newaxis] * known)
+        size = whole - (shares[:, :-1] ** 2).sum(axis=1)
+        return np.asarray(shares[:, -1] ** 2 / np.maximum(size, 1e-3 * whole + 1e-12))
 
     def best_of_kinds(gain: Array, count: int) -> list[int]:
         first = {kinds[index]: int(index) for index in np.argsort(gain)}
@@ -280,41 +309,27 @@ def multiplied(
             if {kinds[one][0], kinds[other][0]} & set(along):
                 pairs[min(one, other), max(one, other)] = float(gain[one])
     best = sorted(pairs, key=lambda pair: -pairs[pair])[:MULTIPLIED]
-    ways: list[tuple[tuple[Variation, ...], Array]] = []
+    ways: list[Course] = []
     for one, other in best:
         (first, course), (second, further) = single[one], single[other]
         both = replace(first, times=second)
-        ways.append(((both,), (course * further)[:, np.newaxis]))
+        ways.append(_course((both,), (course * further)[:, np.newaxis]))
         if second.along in OF_SIDES and first.along in along:  # on either side its own
-            ways.append(((first, both), np.stack([course, course * further], axis=1)))
-    return [way for way in ways if _tells(way[1][:, -1])]
+            ways.append(_course((first, both), np.stack([course, course * further], axis=1)))
+    return [way for way in ways if _tells(way.values[:, -1])]
 
 
-def along_rows(
-    number: str, own: Array, found: Sequence[tuple[tuple[Variation, ...], Array]]
-) -> list[VaryingWay]:
-    """Return how a number may vary from row to row.
-
-    Args:
-        number: its name.
-        own: the derivative by it, shape (n,).
-        found: courses with their values at the residuals, shape (n, k) each (`telling`).
-    """
-    return [
-        VaryingWay(tuple(item.name_of(number) for item in items), values * own[:, np.newaxis])
-        for items, values in found
-    ]
+def along_rows(number: str, own: Array, found: Sequence[Course]) -> list[VaryingWay]:
+    """Return how a number may vary from row to row; `own` is the derivative by it, shape (n,)."""
+    return [VaryingWay(number, course, own) for course in found]
 
 
 def along_robot(number: str, parts: Array) -> list[VaryingWay]:
     """Return how a number may vary along the robot, by its derivative in each part, (n, `PARTS`)."""
-    middles = (np.arange(PARTS) + 0.5) / PARTS
+    middles, own = (np.arange(PARTS) + 0.5) / PARTS, np.ones(len(parts))
+    shares = ((item, SHAPES[item.shape].of(middles, item.at)) for item in places())
     return [
-        VaryingWay(
-            (item.name_of(number),),
-            (parts @ SHAPES[item.shape].of(middles, item.at))[:, np.newaxis],
-        )
-        for item in places()
+        VaryingWay(number, _course((item,), (parts @ share)[:, np.newaxis]), own) for item, share in shares
     ]
 
 
@@ -323,18 +338,21 @@ def part_names(number: str) -> tuple[str, ...]:
     return tuple(item.name_of(number) for item in places() if round(PARTS * (item.at[1] - item.at[0])) == 1)
 
 
-def telling(
-    problem: Problem, asked: Iterable[tuple[Variation, ...]]
-) -> list[tuple[tuple[Variation, ...], Array]]:
-    """Return the courses that are more and less than a quarter of their most at enough rows, with values.
+def telling(problem: Problem, asked: Iterable[tuple[Variation, ...]]) -> list[Course]:
+    """Return the courses that are more and less than a quarter of their most at enough rows."""
+    row, levels = _row_of_residual(problem), cache(partial(_levels, problem))
 
-    Values are those at the residuals, shape (n, k); a curve has one for each of its hats.
-    """
+    def course_of(item: Variation) -> Array:
+        found: Array = np.ones(1)
+        for each in item.courses:
+            found = found * SHAPES[each.shape].of(levels(each.along, each.channel), each.at)
+        return found[row]
+
     found = []
     for items in asked:
-        values = np.stack([course_of(problem, item) for item in items], axis=1)
+        values = np.stack([course_of(item) for item in items], axis=1)
         if all(_tells(column) for column in values.T):
-            found.append((items, values))
+            found.append(_course(items, values))
     return found
 
 
@@ -352,44 +370,63 @@ def promises(current: Fit, at: Beside, ways: Sequence[VaryingWay], each: int) ->
     known = _known(current, at)
     base = np.concatenate([base, np.diag(known[0])])
     error = np.concatenate([at.error, known[1]])
-    rows = _some(len(at.error), RANKED_BY)
-    kept = np.concatenate([rows, np.arange(len(at.error), len(error))])
+    kept = np.concatenate([_some(len(at.error), RANKED_BY), np.arange(len(at.error), len(error))])
     within, _ = np.linalg.qr(base[kept])
     left = error[kept] - within @ (within.T @ error[kept])
-    gains = _gains([way.columns[rows] for way in ways], within, left)
+    best = np.argsort(-_gains(ways, within, left))[:MOST_WEIGHED]
     fold = np.concatenate([fold_of(current.block), np.full(len(known[0]), -1)])
-    best = np.argsort(-gains)[:MOST_WEIGHED]
     picked = [ways[index] for index in best]
-    nothing = [np.zeros((len(known[0]), len(way.names))) for way in picked]
-    whole = [
-        VaryingWay(way.names, np.concatenate([way.columns, zeros]))
-        for way, zeros in zip(picked, nothing, strict=True)
+    costs = np.zeros(len(picked))
+    fixed = _costs(error, base, fold, np.zeros((1, len(at.error), 0)))[0]
+    for several in {len(way.course.items) for way in picked}:
+        mine = [index for index, way in enumerate(picked) if len(way.course.items) == several]
+        columns = [picked[index].course.values * picked[index].own[:, np.newaxis] for index in mine]
+        costs[mine] = _costs(error, base, fold, np.stack(columns))
+    found = [
+        Promise(
+            tuple(
+                Term(one.effect, (*one.free, *way.names)) if one.effect == at.effect else one
+                for one in at.terms
+            ),
+            current.values,
+            float(cost),
+            float(fixed),
+            at.effect,
+            way.kind,
+        )
+        for way, cost in zip(picked, costs, strict=True)
     ]
-    return unlike([_promise(current, at, (error, base, fold), way) for way in whole], each)
+    return unlike(found, each)
 
 
-def _gains(ways: Sequence[Array], within: Array, left: Array) -> Array:
-    """Return by how much each way, shape (r, k), lowers the sum of squares, beside numbers that are fitted.
+def _gains(ways: Sequence[VaryingWay], within: Array, left: Array) -> Array:
+    """Return by how much each way lowers the sum of squares, beside numbers that are fitted.
 
     `within` spans their derivatives by orthonormal columns, shape (n, p), and `left` (n,) is the residual
-    beyond them; what is known beforehand stands in the last n - r rows, of which a way has none.
+    beyond them, at the r residuals that stand for all; what is known beforehand stands in the last n - r
+    rows, of which a way has none.
     """
     gains = np.zeros(len(ways))
-    rows = len(ways[0]) if ways else 0
-    single = np.array([index for index, way in enumerate(ways) if way.shape[1] == 1], dtype=int)
-    for some in np.array_split(single, 1 + len(single) // 256):
-        if not len(some):
-            continue
-        columns = np.concatenate([ways[index] for index in some], axis=1)
+    rows = len(ways[0].course.some)
+    groups: dict[int, list[int]] = {}
+    for index, way in enumerate(ways):
+        if len(way.course.items) == 1:
+            groups.setdefault(id(way.own), []).append(index)
+    for some in groups.values():
+        own = ways[some[0]].own
+        thin = own[_some(len(own), RANKED_BY)]
+        columns = np.concatenate([ways[index].course.some for index in some], axis=1) * thin[:, np.newaxis]
         whole = (columns**2).sum(axis=0)
         beyond = whole - ((within[:rows].T @ columns) ** 2).sum(axis=0)
         use = beyond > NOTHING_NEW**2 * whole
         gains[some] = np.where(use, (left[:rows] @ columns) ** 2 / np.where(use, beyond, 1.0), 0.0)
-    for index in (index for index, way in enumerate(ways) if way.shape[1] > 1):
-        padded = np.concatenate([ways[index], np.zeros((len(left) - rows, ways[index].shape[1]))])
-        turned, size, _ = np.linalg.svd(padded - within @ (within.T @ padded), full_matrices=False)
-        use = size > NOTHING_NEW * np.linalg.norm(padded)
-        gains[index] = float(((turned[:, use].T @ left) ** 2).sum())
+    for index, way in enumerate(ways):
+        if len(way.course.items) > 1:
+            padded = np.zeros((len(left), len(way.course.items)))
+            padded[:rows] = way.course.some * way.own[_some(len(way.own), RANKED_BY), np.newaxis]
+            turned, size, _ = np.linalg.svd(padded - within @ (within.T @ padded), full_matrices=False)
+            use = size > NOTHING_NEW * np.linalg.norm(padded)
+            gains[index] = float(((turned[:, use].T @ left) ** 2).sum())
     return gains
 
 
@@ -403,29 +440,31 @@ def _known(current: Fit, at: Beside) -> tuple[Array, Array]:
     return found[:, 0], found[:, 1]
 
 
-def _promise(
-    current: Fit, at: Beside, beside_it: tuple[Array, Array, np.ndarray], way: VaryingWay
-) -> Promise:
-    """Return what a way promises beside error, derivatives by the numbers that are fitted, and folds."""
-    error, base, fold = beside_it
-    columns = np.concatenate([base, way.columns], axis=1)
-    square, slope = columns.T @ columns, columns.T @ error
-    damp = RIDGE * np.diag(np.diag(square)) + 1e-12 * np.eye(len(square))
-    cost = 0.0
+def _costs(error: Array, base: Array, fold: np.ndarray, ways: Array) -> Array:
+    """Return the sum of squares on stretches left out of several ways, shape (m,).
+
+    Args:
+        error: shape (n,); what is known beforehand stands last.
+        base: the derivatives by the numbers that are fitted, shape (n, p).
+        fold: of each residual, shape (n,); -1: never left out.
+        ways: the derivatives by how far a number varies, shape (m, r, k), of the first r residuals.
+    """
+    columns = np.zeros((len(ways), len(error), base.shape[1] + ways.shape[2]))
+    columns[:, :, : base.shape[1]] = base
+    columns[:, : ways.shape[1], base.shape[1] :] = ways
+    turned = columns.transpose(0, 2, 1)
+    square, slope = turned @ columns, turned @ error
+    each = np.arange(square.shape[1])
+    damped = square.copy()
+    damped[:, each, each] += RIDGE * square[:, each, each] + 1e-12
+    cost = np.zeros(len(ways))
     for index in np.unique(fold[fold >= 0]):
         out = fold == index
-        part, rest = columns[out], error[out]
-        step = np.linalg.solve(square - part.T @ part + damp, slope - part.T @ rest)
-        cost += float(((rest - part @ step) ** 2).sum())
-    varied = tuple(
-        Term(one.effect, (*one.free, *way.names)) if one.effect == at.effect else one for one in at.terms
-    )
-    first = variation_of(way.names[0])
-    kind = (
-        first.number,
-        *(part for each in first.courses for part in (each.along, each.channel, each.shape)),
-    )
-    return Promise(varied, dict(current.values), cost, at.effect, kind)
+        part, rest = columns[:, out], error[out]
+        turned = part.transpose(0, 2, 1)
+        step = np.linalg.solve(damped - turned @ part, (slope - turned @ rest)[:, :, np.newaxis])
+        cost += ((rest - (part @ step)[:, :, 0]) ** 2).sum(axis=1)
+    return cost
 
 
 def unlike(found: Sequence[Promise], each: int) -> list[Promise]:

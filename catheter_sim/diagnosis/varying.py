@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from catheter_sim.arrays import Array
 from catheter_sim.core.effect import Stage
-from catheter_sim.core.variation import MARK, Variation, number_varied, variation_of
+from catheter_sim.core.variation import MARK, number_varied, variation_of
 from catheter_sim.diagnosis.comparison import (
     SETTLED_FACTOR,
     leaves_only_noise,
@@ -33,6 +32,7 @@ from catheter_sim.diagnosis.thresholds import (
     PAYS_SHARE,
 )
 from catheter_sim.diagnosis.variations import (
+    Course,
     Promise,
     VaryingWay,
     along_robot,
@@ -77,6 +77,9 @@ zero that grows with level the derivative promised 1.5 times what the best did."
 PROMISED_ALONE = 0.5
 """[times the error without causes] One that is to explain all by itself is not fitted where its derivative
 promises more. Why: of seven such ones it promised a third at most (tuning draws of the independent bench)."""
+VARIES_SHARE = 0.6
+"""[times the error that the same cause promises where it does not vary] The same. Why: of six planted ones
+it promised a quarter, of four pairs of other causes three quarters at least, and no fit kept that."""
 VARIED_EACH = 3
 """[hypotheses] The same, of one cause. Why: assumed; what a number varies with is told only after a fit."""
 LEFT_OF_FEW = 2.0
@@ -86,11 +89,19 @@ LEFT_OF_FEW_SHARE = 0.25
 """[share of the error without causes] The same. Why: assumed; other causes imitate a half, hardly more."""
 
 
-def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few: bool = False) -> None:
+def vary(
+    search: Search,
+    path: list[Fit],
+    terms: Sequence[Term],
+    most: int,
+    few: bool = False,
+    fixed: Sequence[Fit] = (),
+) -> None:
     """Lengthen `path` by the best hypothesis in which a number varies, where it pays.
 
     The chance is shared among all that numbers may vary with, and the gain must be large, since what varies
-    soaks up much. Neither holds of what is seen in few stretches (`few`), of which more is asked elsewhere.
+    soaks up much. Neither holds of what is seen in few stretches (`few`), of which more is asked elsewhere;
+    `fixed` are fits of single causes that do not vary.
     """
     problem, best = search.problem, path[-1]
     if not few and noise_in_weights(problem, best) > VARIED_LEAVES * best.cross_validated_rms:
@@ -106,6 +117,7 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
         asked = [*start.terms, *(term for term in terms if term not in start.terms)]
         ranked = _promised(search, start, asked, rows)
         allowed = [item for item in ranked if item.cost <= worth and len(item.terms) <= most]
+        allowed = [item for item in allowed if not few or may_settle(problem, start, fixed, item)]
         first = {item.effect: item for item in reversed(allowed)}  # the best of each effect
         near = [item for item in first.values() if item.cost <= VARIED_NEAR**2 * allowed[0].cost]
         picked = allowed[:VARIED] + [item for item in near if item not in allowed[:VARIED]]
@@ -114,11 +126,11 @@ def vary(search: Search, path: list[Fit], terms: Sequence[Term], most: int, few:
         found += _nearer(search, leading, rows, all_kinds=number == 0)
     if few and not (found and leaves_only_noise(problem, in_order(found)[0])):
         likely = list(dict.fromkeys(item.effect for item in ranked))[:VARIED_EACH]
-        found += _with_two(search, path[0], [term for term in terms if term.effect in likely], rows)
+        found += _with_two(search, path[0], [term for term in terms if term.effect in likely], rows, fixed)
     if found:
         front = simplest(in_order(found)[0], found)
         search.say(f"{'+'.join(front.causes)}, varying: {front.cross_validated_rms:.4g}")
-        kinds = {(items[0].along, items[0].channel) for items, _ in rows}
+        kinds = {(way.items[0].along, way.items[0].channel) for way in rows}
         shared = PAYS_CHANCE / (1 + len(kinds))  # one of many does well by chance
         gains = few or front.cross_validated_rms <= VARIED_LEAVES * best.cross_validated_rms
         if gains and pays(best, front, PAYS_CHANCE if few else shared):
@@ -129,21 +141,38 @@ def _with_two(
     search: Search,
     null: Fit,
     terms: Sequence[Term],
-    rows: Sequence[tuple[tuple[Variation, ...], Array]],
+    rows: Sequence[Course],
+    fixed: Sequence[Fit],
 ) -> list[Fit]:
     """Return the best fits in which a number varies with two things at once: late, say, and far out."""
     worth = (PROMISED_ALONE * null.cross_validated_rms) ** 2 * len(null.left_out)
     likely = [item for item in _promised(search, null, terms, rows, two=True) if item.cost <= worth]
+    likely = [item for item in likely if may_settle(search.problem, null, fixed, item)]
     found = search.fitted([(item.terms, item.known) for item in likely[:VARIED]])
     for leading in in_order(found)[:1]:
         found += _nearer(search, leading, [], all_kinds=False)
     return found
 
 
+def may_settle(problem: Problem, null: Fit, fixed: Sequence[Fit], item: Promise) -> bool:
+    """Return whether a single cause that varies may leave little more than noise.
+
+    It promises much less than the same cause where that does not vary, or this leaves little already.
+    """
+    share = np.sqrt(item.cost / item.fixed)
+    promised = np.sqrt(item.fixed / len(null.left_out)) / noise_in_weights(problem, null)
+    mine = [
+        one.cross_validated_rms / noise_in_weights(problem, one)
+        for one in fixed
+        if one.causes == (item.effect,)
+    ]
+    return bool(share <= VARIES_SHARE or share * min(mine, default=promised) <= LEFT_OF_FEW)
+
+
 def _nearer(
     search: Search,
     leading: Fit,
-    rows: Sequence[tuple[tuple[Variation, ...], Array]],
+    rows: Sequence[Course],
     all_kinds: bool,
 ) -> list[Fit]:
     """Return fits in which a number varies otherwise than in a leading one, where derivatives tell more.
@@ -223,7 +252,8 @@ def varied_alone(search: Search, terms: Sequence[Term]) -> VariedAlone:
     """Return the best single cause of which a number varies."""
     other = replace(search, problem=replace(search.problem, interleaved=True), fits={})
     path = other.fitted([((), {})])
-    vary(other, path, terms, most=1, few=True)
+    fixed = [item for item in search.fits.values() if len(item.terms) == 1]
+    vary(other, path, terms, most=1, few=True, fixed=fixed)
     return VariedAlone(other, path)
 
 
@@ -231,7 +261,7 @@ def _promised(
     search: Search,
     start: Fit,
     asked: Sequence[Term],
-    rows: Sequence[tuple[tuple[Variation, ...], Array]],
+    rows: Sequence[Course],
     two: bool = False,
 ) -> list[Promise]:
     """Return the hypotheses beside a fit in which a number of an asked term varies, most promising first.
@@ -257,7 +287,7 @@ def _promised(
             probe = search.secants[mine, wide[term]]
             columns |= {name: column for (_, name), column in zip(probe.keys, probe.columns.T, strict=True)}
         along = EFFECTS[term.effect].varies_with(form)
-        usable = [(items, values) for items, values in rows if items[0].along in along]
+        usable = [way for way in rows if way.items[0].along in along]
         shaped = {item.name for item in form.parameters(robot) if item.of_shape}
         ways: list[VaryingWay] = []
         for name in (item for item in numbers[term] if item not in shaped):

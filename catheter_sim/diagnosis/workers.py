@@ -110,8 +110,8 @@ def returned(call: Callable[..., Any]) -> Any:
 def packed(value: Any, asked: str, kind: Any = Any) -> bytes:
     """Return a result as the bytes of an NPZ file; equal results give equal bytes.
 
-    It may hold numbers, text, NumPy arrays, tuples, lists, mappings, and dataclasses that its annotation
-    `kind` names; `asked` is the name of the question that it answers.
+    It may hold numbers, text, bytes, NumPy arrays, tuples, lists, mappings, and dataclasses that its
+    annotation `kind` names; `asked` is the name of the question that it answers.
 
     Raises:
         TypeError: it holds something else.
@@ -181,6 +181,9 @@ def _plain(value: Any, arrays: list[np.ndarray], classes: Mapping[str, type]) ->
             raise TypeError(f"an array of {value.dtype} cannot be kept")
         arrays.append(np.asarray(value))
         return {"scalar" if isinstance(value, np.generic) else "array": len(arrays) - 1}
+    if type(value) is bytes:
+        arrays.append(_bytes_array(value))
+        return {"bytes": len(arrays) - 1}
     if type(value) is list:
         return [_plain(item, arrays, classes) for item in value]
     if type(value) is tuple:
@@ -205,6 +208,8 @@ def _made(node: Any, members: Mapping[str, np.ndarray], classes: Mapping[str, ty
     if tag in ("array", "scalar"):
         array = members[f"array_{content}"]
         return array if tag == "array" else array[()]
+    if tag == "bytes":
+        return members[f"array_{content}"].tobytes()
     if tag == "tuple":
         return tuple(_made(item, members, classes) for item in content)
     if tag == "dict":

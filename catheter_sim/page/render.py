@@ -7,7 +7,6 @@ shrink to the width there is.
 from __future__ import annotations
 
 import base64
-import io
 import json
 from collections.abc import Callable, Mapping
 from importlib import resources
@@ -16,7 +15,6 @@ from typing import Any
 import numpy as np
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
-from PIL import Image
 
 from catheter_sim.arrays import Array
 
@@ -52,17 +50,8 @@ def rendered(
     return environment.get_template(template).render(context).strip() + "\n"
 
 
-def png_source(png: bytes, colours: int = 0) -> str:
-    """Return a picture as the `src` of an image, so that the page needs no other file.
-
-    `colours`: to how many it may be reduced, at most 256; 0: as it is. A figure of lines and words is a third
-    as large with 128, and looks the same.
-    """
-    if colours and png:
-        drawn, stream = Image.open(io.BytesIO(png)).convert("RGB"), io.BytesIO()
-        reduced = drawn.quantize(colours, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-        reduced.save(stream, "PNG", optimize=True)
-        png = min(png, stream.getvalue(), key=len)
+def png_source(png: bytes) -> str:
+    """Return a picture as the `src` of an image, so that the page needs no other file."""
     return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 

@@ -31,7 +31,7 @@ NO_THRESHOLDS = {
     },
     "programmes.py": {"_LOOP", "_PULL"},
     "readings.py": {"_DIGITS"},
-    "report.py": {"_LONGEST_NAME", "_MOST_CANDIDATES", "_PICTURE_COLOURS"},
+    "report.py": {"_LONGEST_NAME", "_MOST_CANDIDATES"},
     "shapes.py": {"_PER_ERROR_MM", "_PER_MM", "_PER_S", "_ROUNDS"},
     "trials.py": {"_ALIKE", "_LOADS_ALIKE", "_MOST_LISTED", "_MOST_NEAREST"},
     "words.py": {"_MOST_CHECKS"},

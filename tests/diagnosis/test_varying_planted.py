@@ -18,6 +18,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.core.variation import MARK, variation_of
 from catheter_sim.diagnosis.choose import without_explained_faults
+from catheter_sim.diagnosis.comparison import noise_in_weights
 from catheter_sim.diagnosis.fit import fit
 from catheter_sim.diagnosis.prepare import (
     DiagnosisRun,
@@ -30,7 +31,8 @@ from catheter_sim.diagnosis.prepare import (
 from catheter_sim.diagnosis.problem import Term, with_fewer_rows
 from catheter_sim.diagnosis.search import Selection, select
 from catheter_sim.diagnosis.trials import Dataset
-from catheter_sim.diagnosis.variations import along_rows, beside_fit, courses, promises, telling
+from catheter_sim.diagnosis.variations import Promise, along_rows, beside_fit, courses, promises, telling
+from catheter_sim.diagnosis.varying import may_settle
 from catheter_sim.diagnosis.workers import SERIAL
 from catheter_sim.robots.continuum.spec import ContinuumRobot
 from catheter_sim.theory.twins import twin_for
@@ -224,6 +226,20 @@ def test_a_derivative_promises_what_a_fit_keeps() -> None:
     promised = np.sqrt(best.cost / len(found.residual))
     assert 0.9 * uniform.cross_validated_rms < promised < 1.1 * uniform.cross_validated_rms
     assert uniform.cross_validated_rms > 1.3 * found.cross_validated_rms
+
+
+@pytest.mark.parametrize(
+    ("promised", "fixed", "may"),
+    [(2.0, 4.0, True), (3.0, 4.0, False), (1.2, 1.4, True)],
+    ids=["much less", "hardly less", "little left"],
+)
+def test_what_hardly_gains_by_varying_is_not_fitted(promised: float, fixed: float, may: bool) -> None:
+    """Both errors in times of the noise. Where the cause leaves little without varying, it may settle."""
+    problem = with_fewer_rows(split_problem(prepare(measured(softens_at_47_s))).train)
+    null = fit(problem, ())
+    per = len(null.left_out) * noise_in_weights(problem, null) ** 2
+    found = Promise((), {}, promised**2 * per, fixed**2 * per, "stiffness", ())
+    assert may_settle(problem, null, [], found) is may
 
 
 @pytest.mark.slow  # whole diagnoses
