@@ -159,34 +159,52 @@ def page(found: Sequence[Mapping[str, str]]) -> Iterator[str]:
     yield _TOP
     met = any(max(float(row["fig_13_off"]), float(row["fig_11_off"])) < 0.1 for row in found)
     yield (
-        f"Best single set: `{best['specimen']}`, link modulus {best['link_modulus_MPa']} MPa, arcs by "
-        f"{best['arc_fit']}: Fig. 11 {best['fig_11_percent']} % where {PCC_PERCENT} is printed, Fig. 13 "
-        f"{best['fig_13_back_deg']} deg at {best['fig_13_at_N']} N, back at {best['fig_13_return_N']} N. "
-        f"{'Some row has' if met else 'No row has'} both figures within a tenth.\n"
+        f"The best single set is `{best['specimen']}`, with a link modulus of {best['link_modulus_MPa']} MPa "
+        f'and the arc fit "{best["arc_fit"]}". It gives:\n'
     )
-    yield "Bounds of the arc fit: " + "; ".join(_bounds()) + ".\n"
+    yield f"- Fig. 11: {best['fig_11_percent']} %, where {PCC_PERCENT} % is printed"
+    yield (
+        f"- Fig. 13: {best['fig_13_back_deg']} deg at {best['fig_13_at_N']} N, back at "
+        f"{best['fig_13_return_N']} N\n"
+    )
+    yield f"{'Some row has' if met else 'No row has'} both figures within a tenth.\n"
+    yield "## All rows\n\nThe table begins with the row whose `both` is least.\n"
     yield "| " + " | ".join(found[0]) + " |"
     yield "|---" * len(found[0]) + "|"
     for row in sorted(found, key=lambda row: float(row["both"])):
         yield "| " + " | ".join(cell or "-" for cell in row.values()) + " |"
-
-
-def _bounds() -> Iterator[str]:
-    for name, ranges in (("package's", chest_tube_measured.RANGES["pcc"]), ("wider", WIDER)):
-        told = (f"{key.rpartition('.')[2]} {low:g} to {high:g}" for key, (low, high) in ranges.items())
-        yield f"{name}: {', '.join(told)}"
+    yield "\n## Bounds of the arc fit\n\n| number | package's bounds | wider bounds |\n|---|---|---|"
+    for key, own in chest_tube_measured.RANGES["pcc"].items():
+        both = (f"{low:g} to {high:g}" for low, high in (own, WIDER.get(key, own)))
+        yield f"| {key.rpartition('.')[2]} | {' | '.join(both)} |"
 
 
 _TOP = """\
 # Fig. 11 against Fig. 13 of the chest tube, on one specimen
 
-chest_tube_2025 measures one prototype. Constant curvature, calibrated, is 11.45 % off its shapes (Fig. 11),
-and its even joints bend back by 1.4 deg near 6.8 N and return near 20 N (Fig. 13). The shapes are not
-published, so that a set of the printed balance's numbers stands in for the prototype. Each row is such a
-set, a modulus of its links (the published calibration has 25 MPa, the printed balance rigid links) and a
-way to fit the arcs. `fig_13_off` and `fig_11_off` are relative errors, `both` the root mean square of all
-four; `at_bounds` are fitted numbers that ended at a bound. Made by `scripts/chest_tube_front.py`; sets and
-fits that are not listed were not run.
+The paper chest_tube_2025 measures one prototype and prints two results of it:
+
+- Fig. 11: constant curvature, calibrated, is 11.45 % off the prototype's shapes.
+- Fig. 13: the even joints bend back by 1.4 deg near 6.8 N and return near 20 N.
+
+Can one specimen have both? The shapes are not published. A set of the printed balance's numbers therefore
+stands in for the prototype. Each row of the table below combines:
+
+- `specimen`: such a set of numbers
+- `link_modulus_MPa`: the modulus of its links. The published calibration has 25 MPa, the printed balance has
+  rigid links (`inf`).
+- `arc_fit`: the way to fit the arcs. With "own arcs" each tension has an arc of its own.
+
+The other columns are:
+
+- `fig_13_back_deg`: how far the even joints bend back, as their median
+- `fig_13_at_N` and `fig_13_return_N`: at which tension they do, and at which they return
+- `fig_11_percent`: how far constant curvature is off the set's shapes
+- `fig_13_off` and `fig_11_off`: relative errors
+- `both`: the root mean square of all four relative errors
+- `at_bounds`: fitted numbers that ended at a bound
+
+`scripts/chest_tube_front.py` made the table. Sets and fits that are not listed were not run.
 """
 
 

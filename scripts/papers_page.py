@@ -27,8 +27,7 @@ _TOP = """\
 # The papers, item by item
 
 This page has every figure, equation and claim of the five papers that the package rests on, beside what the
-package gives. The notched wrist of York 2015 is not gone through item by item. `validate` prints the checks
-that are named here ([all of them](validation.md)). A figure of ours that it prints is taken from there.
+package gives. The notched wrist of York 2015 is not gone through item by item.
 
 **Status.**
 
@@ -49,6 +48,9 @@ that are named here ([all of them](validation.md)). A figure of ours that it pri
 `validate` judges what is verified or predicted. Every printed figure was looked up in the paper's text. The
 script `scripts/check_printed.py` does it, and keeps [digits and places](printed_figures.csv).
 Each paper's headline figures stand first.
+
+**Where** names checks of `validate` first, then files and tests. A check has its robot's name in front
+([all checks](validation.md)). A figure of ours that `validate` prints is taken from there.
 """
 _TOP_END = "\nA hyphen in `printed` says that the paper prints no figure of it."
 
@@ -57,7 +59,8 @@ def checked_rows(page: str) -> tuple[Checked, ...]:
     """Return the rows of the table of the validation in the text of its page."""
     text = page.split("<!-- validation:")[1].split("-->", 1)[1].split("<!-- validation ends")[0]
     lines = [line for line in text.strip().splitlines() if line.startswith("|")]
-    return tuple(Checked(*(cell.strip() for cell in line.strip("|").split("|"))) for line in lines[2:])
+    rows = ([cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:])
+    return tuple(Checked(f"{robot}: {check}", *others) for robot, check, *others in rows)
 
 
 def page_text(papers: Sequence[Paper], rows: Sequence[Checked]) -> str:
@@ -93,7 +96,7 @@ def _linked(paper: Paper) -> str:
 def _row(item: PaperItem, rows: Sequence[Checked]) -> str:
     lines = [row_of(check, rows) for check in item.checks]
     name = f"**{item.item}**" if item.headline else item.item
-    places = [f"`validate`: {row.check}" for row in lines]
+    places = [f"`{row.check}`" for row in lines]
     places += [f"`{file}::{test}`" if test else f"`{file}`" for file, test in item.files]
     cells = (
         str(item.number),

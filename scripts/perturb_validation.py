@@ -322,38 +322,47 @@ def page(results: Results) -> str:
     text = [
         "# Every judged line can fail",
         "",
-        "Each judged line of `validate` names the constant that it is about, and whose it is.",
-        "`scripts/perturb_validation.py` makes that number, of that model alone, a tenth larger and a tenth",
-        "smaller, and runs the check again; what it is judged against stays as it is. A line that only",
-        "another change turns red is not shown by it. A check without a line here has none that is judged.",
-        "All figures are in `docs/truth/perturbed_lines.csv`.",
+        "Each judged line of `validate` names one constant and the model that it belongs to.",
+        "`scripts/perturb_validation.py` makes this constant a tenth larger, then a tenth smaller, in this",
+        "model alone. Each time it runs the check again. What the line is judged against stays as it is.",
+        "",
+        "A line fails where its error is then larger than its tolerance. An error of `nan` fails, too.",
+        "A line that only another change would make fail counts as one that survives. Checks without a",
+        "judged line are not listed. All figures are in `docs/truth/perturbed_lines.csv`.",
+        "",
         f"Made {datetime.now(UTC):%Y-%m-%d} with commit {commit.stdout.strip()}.",
         "",
-        f"{len(both)} of {len(tried)} lines fail to both sides "
-        f"({100.0 * len(both) / max(len(tried), 1):.1f} %); "
-        f"{len(results.rows) - len(tried)} are not tried yet.",
+        f"{len(both)} of the {len(tried)} lines tried fail both ways "
+        f"({100.0 * len(both) / max(len(tried), 1):.1f} %). "
+        f"{len(results.rows) - len(tried)} lines are not tried yet.",
         "",
         "## Lines that survive, and why",
         "",
-        "| line | about | + 10 % | - 10 % | why |",
-        "|---|---|---|---|---|",
     ]
-    for row in tried:
-        if row not in both:
-            sides = " | ".join("red" if is_red(row, side) else "green" for side in SIDES)
-            why = reason_of(row) or "**not said**"
-            text.append(f"| {row['robot']}: {row['quantity']} | {row['about']} | {sides} | {why} |")
+    survivors = [row for row in tried if row not in both]
+    if survivors:
+        text += ["| robot | line | about | + 10 % | - 10 % | why |", "|---" * 6 + "|"]
+    else:
+        text += ["No line that was tried survives."]
+    for row in survivors:
+        sides = " | ".join("red" if is_red(row, side) else "green" for side in SIDES)
+        why = reason_of(row) or "**not said**"
+        text.append(f"| {row['robot']} | {row['quantity']} | {row['about']} | {sides} | {why} |")
     text += [
         "",
         "## All lines",
         "",
-        "| line | about | tolerance | as it is | + 10 % | - 10 % |",
-        "|---" * 6 + "|",
+        "- about: the model, and its constant that is made wrong",
+        "- as it is: the error without a change",
+        "- + 10 %, - 10 %: the error with the constant a tenth larger, and a tenth smaller",
+        "",
+        "| robot | line | about | tolerance | as it is | + 10 % | - 10 % |",
+        "|---" * 7 + "|",
     ]
     for row in results.rows:
         most = f"{float(row['tolerance']):.3g} {row['unit']}"
         errors = " | ".join(row[run] or "not tried" for run in (AS_IT_IS, *SIDES))
-        text.append(f"| {row['robot']}: {row['quantity']} | {row['about']} | {most} | {errors} |")
+        text.append(f"| {row['robot']} | {row['quantity']} | {row['about']} | {most} | {errors} |")
     return "\n".join(text) + "\n"
 
 

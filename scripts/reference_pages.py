@@ -92,8 +92,12 @@ _THRESHOLDS = """\
 # Numbers of a diagnosis
 
 A diagnosis decides by these numbers. For each you see the file, the unit, what it decides and why it has its
-value. `thresholds.py` holds those that several files need. "The blind bench" is the run of 400 drawn data
-sets with hidden causes of [the bench](../truth/bench.md)."""
+value. `thresholds.py` holds those that several files need.
+
+- "This" and "this many" mean the number itself.
+- "The same" refers to the row above.
+- "Assumed" means that nobody measured a reason. The text may then say what makes the value plausible.
+- "The blind bench" is the run of 400 drawn data sets with hidden causes of [the bench](../truth/bench.md)."""
 
 
 def verbs_page() -> Iterator[str]:
@@ -190,7 +194,7 @@ def thresholds_page() -> Iterator[str]:
         if rows:
             yield f"\n## {path.relative_to(DIAGNOSIS).as_posix()}\n"
             yield "| number | value | what and why |\n|---|---|---|"
-            yield from (f"| `{name}` | {value} | {text} |" for name, value, text in rows)
+            yield from (f"| `{name}` | `{value}` | {text} |" for name, value, text in rows)
 
 
 def thresholds_of(path: Path) -> Iterator[tuple[str, str, str]]:

@@ -276,19 +276,20 @@ _DOI = {
 
 
 def by_robot(text: str) -> str:
-    """Return a page whose rows begin with "robot: " with a heading and a table for each robot."""
+    """Return a page whose table names the robot first, with a heading and a table for each robot."""
     lines = text.split("\n")
-    first = next((number for number, line in enumerate(lines) if line.startswith("| check |")), None)
+    first = next((number for number, line in enumerate(lines) if line.startswith("| robot | check |")), None)
     if first is None:
         return text
     last = next((k for k in range(first, len(lines)) if not lines[k].startswith("|")), len(lines))
     tables: dict[str, list[str]] = {}
     for row in lines[first + 2 : last]:
-        robot, _, rest = row.removeprefix("| ").partition(": ")
+        robot, _, rest = row.removeprefix("| ").partition(" | ")
         tables.setdefault(robot, []).append(f"| {_linked(rest)}")
+    head = [lines[first].removeprefix("| robot "), lines[first + 1].removeprefix("|---")]
     made = []
     for robot, rows in tables.items():
-        made += [f"## {robot}", "", *lines[first : first + 2], *rows, ""]
+        made += [f"## {robot}", "", *head, *rows, ""]
     return "\n".join([*lines[:first], *made, *lines[last:]])
 
 

@@ -21,15 +21,24 @@ KEPT, PAGE = TRUTH / "tip_tables.csv", TRUTH / "tip_tables.md"
 _TOP = """\
 # Tip errors of the transseptal catheter, by column
 
-Nayar 2022, Tables III and IV: RMSE of four models' tips, in mm, printed, and ours for two sets. `@tube` has
-its tip 10.5 mm beyond the bending joint, as Table I's two modules give it (the nominal robot's reading).
-`@rigid_end` has it at 20 mm: "a rigid distal end length of 20 mm" is printed, and the tool frame "is attached
-to the end tip of the robot". That the measured point is that end is inferred: where on the holder the tracker
-sat is not printed.
+Tables III and IV of Nayar 2022 print how far four models' tips are off, as RMSE in mm. Here they stand
+beside ours for two sets:
 
-No trajectory is printed. *Chosen*: ours along one that was chosen. *Fitted*: the same with one amplitude,
-fitted to PK's 3D error at no advance; the other rows and columns of PK and PI are then predicted. MK and
-hybrid know the dead-bands of the very robot, and are no predictions. "none": no amplitude gives that error.
+- `@tube`: the tip is 10.5 mm beyond the bending joint. Table I's two modules give this length, and the
+  nominal robot uses it.
+- `@rigid_end`: the tip is 20 mm beyond the bending joint. The paper prints "a rigid distal end length of
+  20 mm". Its tool frame "is attached to the end tip of the robot".
+
+That the measured point is this end tip is inferred. Where on the holder the tracker sat is not printed.
+
+The paper prints no trajectory. Ours are:
+
+- *chosen*: a trajectory that we chose
+- *fitted*: the same trajectory with one amplitude, fitted to PK's 3D error at no advance. This predicts the
+  other rows and columns of PK and PI.
+
+A cell is "none" where no amplitude gives that error. MK and hybrid know the dead-bands of the robot itself,
+so they predict nothing.
 """
 
 
@@ -50,26 +59,33 @@ def page(rows: Sequence[Mapping[str, str]]) -> Iterator[str]:
             cells = [row[how] or "none" for row in found for how in ("chosen", "fitted")]
             place = f"{advance} mm, {model}, {column}"
             yield "| " + " | ".join([place, found[0]["printed"], *cells, found[0]["kind"]]) + " |"
-        yield ""
+        yield "\nHow far the predicted rows are off, on average (and at most):\n"
+        yield "| set | " + " | ".join(COLUMNS) + " |"
+        yield "|---" * (1 + len(COLUMNS)) + "|"
         for name in ("@tube", "@rigid_end"):
-            yield _summary(
-                name, [row for row in printed if row["set"] == name and row["kind"] == "predicted"]
-            )
+            predicted = [row for row in printed if row["set"] == name and row["kind"] == "predicted"]
+            yield f"| {name} | {' | '.join(_off(predicted))} |"
+        if any(not row["fitted"] for row in printed):
+            yield f"\n{_NOTHING_PREDICTED}"
         yield ""
 
 
-def _summary(name: str, rows: Sequence[Mapping[str, str]]) -> str:
+_NOTHING_PREDICTED = (
+    'A set with "none" predicts nothing, since no amplitude gives PK\'s printed error at no advance.'
+)
+
+
+def _off(rows: Sequence[Mapping[str, str]]) -> list[str]:
+    """Return how far the rows of one set are off, by column; "none" where nothing is predicted."""
     if any(not row["fitted"] for row in rows):
-        return (
-            f"- `{name}`: no amplitude gives PK's printed error at no advance, so that nothing is predicted."
-        )
+        return ["none"] * len(COLUMNS)
     told = []
     for column in COLUMNS:
         off = [
             abs(float(row["fitted"]) / float(row["printed"]) - 1.0) for row in rows if row["column"] == column
         ]
-        told.append(f"{column} {100.0 * sum(off) / len(off):.0f} % ({100.0 * max(off):.0f} % at most)")
-    return f"- `{name}`: predicted rows off on average by: {', '.join(told)}."
+        told.append(f"{100.0 * sum(off) / len(off):.0f} % ({100.0 * max(off):.0f} %)")
+    return told
 
 
 def read(path: Path) -> list[dict[str, str]]:

@@ -24,8 +24,8 @@ START, END = "<!-- validation:", "<!-- validation ends"
 
 
 def cells(line: Mapping[str, Any]) -> list[str]:
-    """Return a line's cells: check, ours, compared with, error, tolerance, kind, source."""
-    return list(astuple(checked(line)))
+    """Return a line's cells: robot, check, ours, compared with, error, tolerance, kind, source."""
+    return [line["robot"], line["quantity"], *astuple(checked(line))[1:]]
 
 
 def updated(page: str, lines: Sequence[Mapping[str, Any]], parts: Sequence[str], drop: bool) -> str:
@@ -34,22 +34,22 @@ def updated(page: str, lines: Sequence[Mapping[str, Any]], parts: Sequence[str],
     table, bottom = rest.split(END)
     old = table.strip().splitlines()
     head, rows = old[:3], [row for row in old[3:] if row.startswith("|")]
-    new = {cells(line)[0]: "| " + " | ".join(cells(line)) + " |" for line in lines}
+    new = {tuple(cells(line)[:2]): "| " + " | ".join(cells(line)) + " |" for line in lines}
     robots = {line["robot"] for line in lines}
     kept, seen = [], set()
     for row in rows:
-        check = row.strip("|").split(" | ")[0].strip()
-        if check in new:
-            kept.append(new[check])
-            seen.add(check)
-        elif check.split(":")[0] in robots:
-            print(f"no such line any more: {check}", file=sys.stderr)
+        robot, check = (cell.strip() for cell in row.strip("|").split(" | ")[:2])
+        if (robot, check) in new:
+            kept.append(new[robot, check])
+            seen.add((robot, check))
+        elif robot in robots:
+            print(f"no such line any more: {robot}: {check}", file=sys.stderr)
             kept += [] if drop else [row]
         else:
             kept.append(row)
-    for check, row in new.items():
-        if check not in seen and any(part in check for part in parts):
-            same = [k for k, other in enumerate(kept) if other.startswith(f"| {check.split(':')[0]}:")]
+    for (robot, check), row in new.items():
+        if (robot, check) not in seen and any(part in f"{robot}: {check}" for part in parts):
+            same = [k for k, other in enumerate(kept) if other.startswith(f"| {robot} |")]
             kept.insert(same[-1] + 1 if same else len(kept), row)
     return top + START + " " + "\n".join([*head, *kept]) + "\n" + END + bottom
 

@@ -49,14 +49,15 @@ from catheter_sim.diagnosis.varying import varying_singles
 from catheter_sim.diagnosis.verdict import held_out
 
 EXPLAINING_CAUSES = 3
-"""[single causes] The best ones are asked whether they account for trials that look wrong. Why: assumed; what
-one of the first three does not explain is no single cause."""
+"""[single causes] This many of the best are asked whether they account for trials that look wrong. Why:
+assumed. What none of the first three explains is no single cause."""
 EXPLAINED_SHARE = 1.1
-"""[error of a trial over the one without the cause] What accounts for one trial makes no other worse by more.
-Why: by a tenth errors differ by chance; a cause that halves one trial's mistake puts half on the others."""
+"""[error of a trial over the error without the cause] A cause that accounts for one trial makes no other
+trial worse by more. Why: errors differ by a tenth by chance. A cause that halves one trial's mistake puts
+half of it on the others."""
 EXPLAINED_NOISE = 1.5
-"""[noise] What accounts for a jump in a trial leaves no trial a larger error. Why: outliers make it 1.4 times
-the noise; of a bump that no cause makes, and that is seen, several times the noise stay."""
+"""[noise] A cause that accounts for a jump in a trial leaves no trial a larger error. Why: outliers make the
+error 1.4 times the noise. A bump that no cause makes, and that is seen, leaves several times the noise."""
 
 # ----------------------------------------------------------------------------------------------------
 # Causes chosen inside the training trials, and fitted to all their rows.

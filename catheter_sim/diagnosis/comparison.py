@@ -16,18 +16,19 @@ from catheter_sim.diagnosis.trials import unit_of
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
 
 SETTLED_FACTOR = 1.1
-"""[times the error's white part] An error within it is good enough: nothing more is looked for than one step
-finds, and of a robot in motion nothing more. Why: what is white from row to row has no cause."""
+"""[times the error's white part] An error within it is good enough. Then the search looks only for what one
+step finds; for a robot in motion it stops. Why: what is white from row to row has no cause."""
 WILD_ERROR = 3.0
-"""[times the error's white part] A row's error beyond it counts as so much there. Why: one row in a hundred
-at ten times the noise makes the whole error 1.4 times as large, and has no cause."""
+"""[times the error's white part] In that comparison, a larger error of a row counts as this much. Why: one
+row in a hundred at ten times the noise makes the whole error 1.4 times as large, and has no cause."""
 MOST_WILD_SHARE = 0.03
-"""[share of the values] Beyond which values so far off are no wild ones. Why: of a tracker one row in a
-hundred may be; a jump late in a record is off in one row of ten."""
+"""[share of the values] If more values are so far off, they do not count as wild. Why: one row in a hundred
+of a tracker may be wild. A jump late in a record is off in one row of ten."""
 MENDING_NUMBERS = 1
-"""[numbers] Of a model that is known to be wrong, a set with more numbers more than a chosen one says nothing
-against it. Why: measured on a trunk with a hung weight, where a gain and a coupling of twelve and six numbers
-mend the bending better than a force of three tells it; assumed that one more is a direction beside a size."""
+"""[numbers] If the model is known to be wrong, a set with more extra numbers than this says nothing against a
+chosen one. Why: measured on a trunk with a hung weight. There a gain and a coupling, of twelve and six
+numbers, mend the bending better than a force of three explains it. One more number is assumed to be a
+direction beside a size."""
 
 # ----------------------------------------------------------------------------------------------------
 # Which of two fitted hypotheses is better on stretches left out, by more than chance allows.

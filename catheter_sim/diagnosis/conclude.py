@@ -76,11 +76,11 @@ from catheter_sim.diagnosis.workers import calibrated_numbers
 from catheter_sim.effects import EFFECTS
 
 FEWEST_UNLISTED = 3
-"""[corrections] From so many on, one cause in a form that is not listed is asked about. Why: data with one
-hidden cause in a foreign form ended with three to six."""
+"""[corrections] With this many or more, the diagnosis asks about one cause in a form that is not listed. Why:
+data with one hidden cause in a foreign form ended with three to six."""
 UNLISTED_NOISE = 1.2
-"""[times the noise] The same; with less left the corrections explain the data. Why: right models leave 1.02
-to 1.04 (`NEAR_NOISE`)."""
+"""[times the noise] It asks this only if more error is left. With less, the corrections explain the data.
+Why: right models leave 1.02 to 1.04 (`NEAR_NOISE`)."""
 
 # ----------------------------------------------------------------------------------------------------
 # What a hypothesis makes of every trial: its series, on what its errors depend, and what gets worse.

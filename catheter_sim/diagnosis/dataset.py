@@ -36,13 +36,13 @@ from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table, read_table
 
 LONGEST_WAY_LENGTHS = 20.0
-"""[robot lengths] A position that moves over more is refused: its column cannot be in mm. Why: assumed;
-points of a robot move by two lengths at most, a wrong unit is a factor of 25 or 1000."""
+"""[robot lengths] A position that moves over more is refused, because its column cannot be in mm. Why:
+assumed. Points of a robot move by two lengths at most. A wrong unit is a factor of 25 or 1000."""
 MOST_TURN_DEG = 720.0
-"""[deg] A measured angle beyond it is refused. Why: no joint or tip turns more than twice around."""
+"""[deg] A larger measured angle is refused. Why: no joint or tip turns more than twice around."""
 MOST_QUATERNION = 1.05
-"""[1] A part of a measured quaternion beyond it is refused. Why: parts of a unit quaternion are at most 1;
-the rest is for rounding in the file."""
+"""[1] A measured quaternion with a larger part is refused. Why: parts of a unit quaternion are at most 1. The
+rest allows for rounding in the file."""
 
 # ----------------------------------------------------------------------------------------------------
 # Columns of measured values that are empty, or not in their unit.

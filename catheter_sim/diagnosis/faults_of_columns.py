@@ -39,64 +39,69 @@ from catheter_sim.planning.models import plan_drives
 from catheter_sim.robots import kind_of
 
 MISTAKE_CONVINCING = 0.5
-"""[error with a mistake put right over the error with it] Below it the mistake is believed. Why: nothing else
-halves an error; causes turn no sign, exchange nothing, and scale by less than the factors between units."""
+"""[error with a mistake put right over the error with it] Below this ratio the mistake is believed. Why:
+nothing else halves an error. Causes turn no sign, exchange nothing, and scale by less than the factors
+between units."""
 TENSION_BEYOND = (10.0, 100.0)
-"""[times the tension that bends the robot fully, without friction] A larger tension is reported; beyond the
-second number no such robot was pulled. Why: assumed; friction asks for several times as much, mN for N is
-1000."""
+"""[times the tension that bends the robot fully, without friction] A tension beyond the first number is
+reported. Beyond the second, no such robot was pulled. Why: assumed. Friction asks for several times as much.
+N instead of mN is a factor of 1000."""
 MOTION_BEYOND = (2.2, 5.0)
-"""[robot lengths] The same of a measured point's motion along an axis. Why: a tip that turns all round moves
-by two; cm for mm and the like are ten."""
+"""[robot lengths] The same for a measured point's motion along an axis. Why: a tip that turns all round moves
+by two lengths. Mistakes such as cm for mm are a factor of ten."""
 TURN_BEYOND = (2.0, 5.0)
-"""[turns] The same of a measured angle. Why: a joint turns by less than one."""
+"""[turns] The same for a measured angle. Why: a joint turns by less than one."""
 OUTER_SHARE = 0.05
-"""[of the values at either end] So many are left out of these. Why: few wrong rows are another fault."""
+"""[share of the values at either end] These checks leave out this much. Why: a few wrong rows are another
+fault."""
 FOLLOWS_SHARE = 0.2
-"""[share of an output's variance] Less of it in the inputs and the model says that the output does not
-follow them. Why: assumed; noise alone has none, and causes of the list change an output without undoing
+"""[share of an output's variance] If the inputs and the model explain less, the output does not follow them.
+Why: assumed. They explain nothing of noise alone, and causes of the list change an output without undoing
 it."""
 FOLLOWS_OF_EXPECTED = 0.4
-"""[share of what a right model would explain] The same where noise is large; the smaller of the two counts.
-Why: assumed."""
+"""[share of what a right model would explain] The same where noise is large. The smaller of the two limits
+counts. Why: assumed."""
 STILL_FOLLOWS_SHARE = 0.6
-"""[share of an output's variance] The same for an output that hardly moves. Why: what moves by a tenth of
-what is expected must at least move with the inputs."""
+"""[share of an output's variance] The same for an output that hardly moves. Why: an output that moves by a
+tenth of what is expected must at least move with the inputs."""
 MOVES_SHARE = 0.2
-"""[share of the largest computed motion of its unit] An output with less is not expected to move. Why: what
-the model moves little is decided by its error."""
+"""[share of the largest computed motion of its unit] An output with less is not expected to move. Why: where
+the model moves little, its error decides."""
 TELLING_SHARE = 0.1
-"""[share of the variance] So much must be motion if the model is right, to say that none is there. Why:
-below it noise hides the motion."""
+"""[share of the variance] The diagnosis says "no motion" only if this much would be motion with a right
+model. Why: below it noise hides the motion."""
 TELLING_SPREADS = 5.0
 """[standard deviations of what chance explains] The same for few rows. Why: five of them are no chance."""
 UNDRIVEN_ROWS = 6
-"""[rows] Over which inputs stand still while outputs go out and come back. Why: assumed; with fewer an
-outlier or two look like that."""
+"""[rows] Inputs stand still over at least this many while outputs go out and come back. Why: assumed. With
+fewer, an outlier or two look like that."""
 UNDRIVEN_NOISE = 12.0
-"""[times the noise] How far they must go. Why: far beyond what a median of three rows lets pass."""
+"""[times the noise] The outputs must go out this far. Why: that is far beyond what a median of three rows
+lets pass."""
 UNDRIVEN_BACK_SHARE = 0.5
-"""[share of the way out] From where they started they may end by it. Why: what lags or creeps goes one way,
-and ends where it has gone."""
+"""[share of the way out] The outputs must end within this of where they started. Why: what lags or creeps
+goes one way, and ends where it has gone."""
 UNDRIVEN_STRETCHES = 2
-"""[stretches] In which that must happen. Why: once may be a hand that touched the robot."""
+"""[stretches] That must happen in at least this many. Why: once may be a hand that touched the robot."""
 STEP_ROWS = 12
-"""[rows] By which two logs may be shifted against one another. Why: assumed; more is another trial."""
+"""[rows] Two logs may be shifted against one another by this many. Why: assumed. A larger shift is another
+trial."""
 STEP_ONE_WAY_ROWS = 5
-"""[rows] Out, and home, on which a shift must hold, at least. Why: of a stretch that only goes one way a bend
-that stays back by a constant looks shifted."""
+"""[rows] A shift must hold on at least this many on the way out, and on the way home. Why: in a stretch that
+goes only one way, a bend that stays back by a constant looks shifted."""
 STEP_LEFT_SHARE = 0.3
-"""[share of the squared error] Left once the logs are put right. Why: assumed; a wrong model errs at any
-shift."""
+"""[share of the squared error] With the logs put right, at most this may be left. Why: assumed. A wrong model
+errs at any shift."""
 STEP_USUAL_TIMES = 3.0
-"""[times the squared error of the middle trial] Left once the logs are put right, at most. Why: the trial is
-then about as well explained as the others are."""
+"""[times the squared error of the middle trial] With the logs put right, at most this may be left. Why: the
+trial is then about as well explained as the others are."""
 LATE_OTHERS = 2.0
-"""[times the squared error] By which other trials would err more with the delay of a late one. Why: a robot
-that is late is late in all of them."""
+"""[times the squared error] With the delay of a late trial, other trials must err by this much more. Why: a
+robot that is late is late in all trials."""
 DRIVEN_SHARE = 0.5
-"""[share of a late trial's drive of an input] By which another trial drives it, at least, to say that it is
-not late. Why: assumed; a lag, or a dead-band, of one channel shows only where that channel is driven."""
+"""[share of a late trial's drive of an input] Another trial must drive the input by at least this to show
+that it is not late. Why: assumed. A lag, or a dead-band, of one channel shows only where that channel is
+driven."""
 
 # ----------------------------------------------------------------------------------------------------
 # How far a model is off, beside how much the measurements vary.

@@ -18,59 +18,62 @@ from catheter_sim.diagnosis.trials import Trial, all_inputs, measured_of, unit_o
 from catheter_sim.robots import kind_of
 
 HARDLY_MOVED_SHARE = 0.002
-"""[robot lengths] A robot that nowhere moves by more, measured and computed, is taken for one in other
-units. Why: assumed; nobody records a robot of 100 mm that moves by 0.2 mm, and m for mm is far below."""
+"""[robot lengths] If a robot moves nowhere by more, measured and computed, its data are taken to be in other
+units. Why: assumed. Nobody records a robot of 100 mm that moves by 0.2 mm, and m for mm is far below."""
 BUMP_NOISE = 8.0
-"""[times the noise] A jump below it is no bump. Why: assumed; of a thousand rows of noise none reaches
-it."""
+"""[times the noise] A smaller jump is no bump. Why: assumed. None of a thousand rows of noise reaches it."""
 BUMP_ALONE = 3.0
-"""[times the next largest change of the error in that trial] A jump below it is no bump. Why: a wrong model
+"""[times the next largest change of the error in that trial] A smaller jump is no bump. Why: a wrong model
 jumps again where the inputs come back."""
 BUMP_BEYOND_SHARE = 0.02
-"""[share of an input's range] Inputs that go beyond all earlier rows by more explain a jump. Why: what
-gives way there for good is the robot's."""
+"""[share of an input's range] Inputs that go further than this beyond all earlier rows explain a jump. Why:
+if something gives way there for good, it belongs to the robot."""
 BUMP_ALIKE_SHARE = 0.35
-"""[share of the bump] By so much what is off afterwards may differ from it. Why: assumed; hysteresis
-changes the error of such pairs."""
+"""[share of the bump] The shift of later rows may differ from the bump by at most this. Why: assumed.
+Hysteresis changes the error of such pairs of rows."""
 FILLED_SHARE = 0.5
-"""[share of the rows] On straight lines between others from which outputs are taken for filled in. Why:
-assumed; half of the rows then were not measured."""
+"""[share of the rows] If this many of an output's rows lie on straight lines between others, they are taken
+for filled in. Why: assumed. Half of the rows were then not measured."""
 FILLED_KINKS = 8
-"""[rows] At which the lines must bend where nothing of the inputs bends. Why: a smooth motion without noise
-bends where its inputs do."""
+"""[rows] The lines must bend at this many rows where no input bends. Why: a smooth motion without noise bends
+where its inputs do."""
 FILLED_SLOPES_SHARE = 0.25
-"""[slopes per bend] With fewer a sensor counts coarsely. Why: assumed; lines between measured rows have a
-slope each, steps of a counter have few."""
+"""[slopes per bend] With fewer, the sensor counts coarsely. Why: assumed. Each line between measured rows has
+its own slope. Steps of a counter have few slopes."""
 EXCHANGED_ROWS = 3
-"""[rows] In which two points lie where the model has the other. Why: assumed; one row may be an outlier."""
+"""[rows] In this many, two points lie where the model has the other. Why: assumed. One row may be an
+outlier."""
 EXCHANGED_SHARE = 0.3
-"""[share of their distance from their own places] Within it they must then lie. Why: as of mistakes
-(`MISTAKE_CONVINCING`)."""
+"""[share of their distance from their own places] They must then lie this near to the other's place. Why: as
+for mistakes (`MISTAKE_CONVINCING`)."""
 AWAY_STEPS = 2.5
-"""[times the largest computed step nearby] A leap below it is a motion. Why: a robot that lags may catch up
-by twice the step that the model makes."""
+"""[times the largest computed step nearby] A smaller leap is a motion. Why: a robot that lags may catch up by
+twice the step that the model makes."""
 AWAY_STEPS_NEAR = 10
-"""[rows] How far nearby reaches. Why: assumed; a lag of ten rows is a long one."""
+"""[rows] "Nearby" reaches this far. Why: assumed. A lag of ten rows is a long one."""
 AWAY_NOISE = 12.0
-"""[times the noise] That a leap must exceed besides. Why: outliers of trackers reach it, in single rows."""
+"""[times the noise] A leap must also exceed this. Why: outliers of trackers reach it, in single rows."""
 AWAY_REACH_SHARE = 0.5
-"""[share of a point's whole motion] That a leap must exceed besides. Why: a tendon that slips lets a robot
-leap back by a part of its motion; a tracker that takes something else for its marker knows no such bound."""
+"""[share of a point's whole motion] A leap must also exceed this. Why: a tendon that slips lets a robot leap
+back by a part of its motion. A tracker that takes something else for its marker knows no such bound."""
 AWAY_BACK_SHARE = 0.35
-"""[share of the leap] From where it was before a point may be off when it is back. Why: as of bumps
+"""[share of the leap] A point that is back may be this far from where it was before. Why: as for bumps
 (`BUMP_ALIKE_SHARE`)."""
 AWAY_LONGEST_SHARE = 0.6
-"""[share of a trial's rows] That a point may stay away. Why: what stays longer is a bump, or the rest is."""
+"""[share of a trial's rows] A point may stay away for this long. Why: what stays away longer is a bump, or
+the rest is."""
 AWAY_ROWS = 5
-"""[rows] Away in all, at least, and in stretches of two or more. Why: assumed; few rows move no fit."""
+"""[rows] A point must be away for at least this many in all, in stretches of two or more. Why: assumed. A few
+rows move no fit."""
 CLIPPED_ROWS = 5
-"""[rows] That stand at exactly an output's end. Why: assumed; a measured value comes twice by rounding."""
+"""[rows] This many must stand at exactly an output's end. Why: assumed. A measured value comes twice by
+rounding."""
 CLIPPED_TIMES = 4.0
 """[times as often as any other value] The same for sensors that count coarsely. Why: their ends come about as
 often as other values."""
 CLIPPED_BEYOND_SHARE = 0.1
-"""[share of the computed range] By which the model must move there. Why: a robot at rest stands at an end,
-too."""
+"""[share of the computed range] The model must move by more than this there. Why: a robot at rest also stands
+at an end."""
 
 # ----------------------------------------------------------------------------------------------------
 # Outputs that end at a limit of their sensor.

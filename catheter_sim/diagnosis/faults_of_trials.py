@@ -34,51 +34,55 @@ from catheter_sim.diagnosis.thresholds import (
 from catheter_sim.diagnosis.trials import Trial
 
 OUTLYING_FACTOR = 4.0
-"""[times the noise, and the largest of the other trials'] A trial that errs by more is odd. Why: assumed;
-specimens and set-ups differ by more than trials of one do."""
+"""[times the noise, and times the largest error of the other trials] A trial that errs by more is odd. Why:
+assumed. Specimens and set-ups differ by more than trials of one do."""
 OTHERS_NEAR_NOISE = 2.0
 """[times the noise] The other trials must err by less. Why: only then would there be no discrepancy without
 the odd trial."""
 ZERO_CONVINCING = 0.35
-"""[error with the zero of one trial's inputs put right over that with it] Below it the zero is off. Why: a
-number is fitted here, which takes a part of any error."""
+"""[error with the zero of one trial's inputs put right over the error with it as given] Below this ratio the
+zero is off. Why: a number is fitted here, and takes a part of any error."""
 ZERO_TIMES = 1.8
-"""[times the largest error of the other trials] From it on one trial's zero is asked for. Why: zeros that
-differ from trial to trial are a cause; of 123 sound sets, none had a trial that stood out so."""
+"""[times the largest error of the other trials] From here on, the diagnosis checks the zero of that one
+trial. Why: zeros that differ from trial to trial are a cause. None of 123 sound sets had a trial that stood
+out so far."""
 MOVED_NOISE = 6.0
-"""[times the noise] By which points must lie elsewhere for a tracker that was moved between trials. Why:
-assumed; less is hardly more than a row's noise, and no cause is made of it."""
+"""[times the noise] If a tracker was moved between trials, points must lie elsewhere by this much. Why:
+assumed. Less is hardly more than a row's noise, and no cause is made of it."""
 MOVED_LEFT_SHARE = 0.15
-"""[share of that] Left of it when the trials are moved back as one body. Why: assumed; a robot that changed
-moves its tip, and not its base."""
+"""[share of that distance] At most this is left when the trials are moved back as one body. Why: assumed. A
+robot that changed moves its tip, and not its base."""
 MOVED_FIRST_NOISE = 3.0
-"""[times the noise] By which the first rows must lie elsewhere, too. Why: five standard errors of their
-mean."""
+"""[times the noise] The first rows must also lie elsewhere by this much. Why: it is five standard errors of
+their mean."""
 MOVED_FIRST_ROWS = 3
-"""[rows] At a trial's start whose mean is its first place. Why: assumed; few trials rest for longer."""
+"""[rows] The mean of this many at a trial's start is its first place. Why: assumed. Few trials rest for
+longer."""
 MOVED_ROWS = 300
-"""[rows] Of each trial that are compared. Why: more rows of the same motion say nothing new."""
+"""[rows] This many of each trial are compared. Why: more rows of the same motion say nothing new."""
 ONE_TRIAL_TIMES = 1.5
-"""[times the error of the middle trial] From it on a mistake is looked for in one trial. Why: assumed; a
-cause is at work in all of them, more in some than in others."""
+"""[times the error of the middle trial] From here on, a mistake is looked for in one trial. Why: assumed. A
+cause is at work in all trials, in some more than in others."""
 ZEROS_TRIED = (0.05, 0.1, 0.15, 0.2, 0.25)
-"""[share of the largest input] By which the zero of one trial's inputs may be off. Why: the nearest of them
-takes three quarters of any error in between; less than a twentieth is a small one."""
+"""[share of the largest input] The zero of one trial's inputs may be off by these amounts. Why: the nearest
+of them takes three quarters of any error in between. Less than a twentieth is a small error."""
 LONE_FOLLOWS_SHARE = 0.5
-"""[share of a trial's variance] Less of it in what the model says, now or earlier, and it follows nothing.
-Why: assumed; with causes of the list a trial followed by less in 3 of 123 sound data sets, but not alone."""
+"""[share of a trial's variance] If the model, now or some rows earlier, explains less of it, the trial
+follows nothing. Why: assumed. With causes of the list, 3 of 123 sound data sets had a trial that followed by
+less, but not alone."""
 OTHERS_FOLLOW_SHARE = 0.97
-"""[the same] More of it in every other trial. Why: in sound data sets with such a trial another one followed
-by 0.94 at most."""
+"""[share of a trial's variance] In every other trial, the model must explain more than this. Why: in sound
+data sets with such a trial, another one followed by 0.94 at most."""
 LONE_MOTION_SHARE = 0.5
-"""[share of the middle trial's motion] A trial that should move less is not asked. Why: a play or a friction
+"""[share of the middle trial's motion] A trial that should move less is not checked. Why: play or friction
 may take most of a small motion."""
 OUTSTANDING_SHARE = 0.25
-"""[share of the motion] An error below it is nothing outstanding. Why: assumed; near the noise trials differ
-by chance."""
+"""[share of the motion] A trial with a smaller error does not stand out. Why: assumed. Near the noise, trials
+differ by chance."""
 OUTSTANDING_TIMES = 2.5
-"""[times the largest error of the other trials] Beyond it a trial is outstanding. Why: of 123 sound sets,
-most with causes, one trial erred 1.4 times as much as any other; in one set two erred 2.1 times."""
+"""[times the largest error of the other trials] A trial with a larger error stands out. Why: of 123 sound
+sets, most with causes, one trial erred 1.4 times as much as any other. In one set, two trials erred 2.1 times
+as much."""
 
 # ----------------------------------------------------------------------------------------------------
 # One trial, or two, that the model errs in far more than in any other.

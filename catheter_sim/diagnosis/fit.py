@@ -28,53 +28,58 @@ from catheter_sim.diagnosis.trials import measured_of, stretch_of
 from catheter_sim.theory.twins import along
 
 GROSS_ERROR = 1e3
-"""[weights] From it on a residual counts by its size and no longer by its square (Huber 1964). Why: what is
-wrong so grossly draws a fit in one direction, but does not outweigh all the rest of the data."""
+"""[weights] A residual beyond it counts by its size and no longer by its square (Huber 1964). Why: such a
+gross error draws a fit in one direction, but does not outweigh all the rest of the data."""
 FIRST_DAMPING = 1e-4
-"""[share of the curvature] With which a fit starts. Why: assumed; the first step is nearly a whole one."""
+"""[share of the curvature] A fit starts with this damping. Why: assumed. The first step is nearly a whole
+one."""
 LARGER_DAMPINGS = (10.0, 100.0, 1e3, 1e5)
-"""[times the damping] Tried side by side where a step fails. Why: assumed; the last leaves only the steepest
-way, a little."""
+"""[times the damping] These are tried side by side where a step fails. Why: assumed. The last leaves only a
+short step along the steepest way."""
 FAIR_GAIN = 0.25
-"""[share of the gain promised] A step with less has its derivative worked out anew. Why: the usual bound
-below which a trust region shrinks."""
+"""[share of the gain promised] After a step with less, the derivative is computed again. Why: it is the usual
+bound below which a trust region shrinks."""
 FIT_CONVERGED = 2e-4
-"""[relative fall of the sum of squares] A smaller one is not worth another step. Why: far below what
+"""[relative fall of the sum of squares] A smaller fall is not worth another step. Why: it is far below what
 decides between hypotheses (`PAYS_SHARE`)."""
 FOLD_CONVERGED = 1e-3
-"""[the same] Of a fit without a fold. Why: its rows are predicted, no numbers are reported of it."""
+"""[relative fall of the sum of squares] The same for a fit without a fold. Why: such a fit only predicts the
+rows of the fold, and none of its numbers is reported."""
 FOLD_FIRST_ORDER = 0.1
-"""[share of the error of the rows left out] The change by which these rows may be predicted to first order.
-Why: what bends on so short a way changes their error by a hundredth or so, a third of what pays."""
+"""[share of the error of the rows left out] If these rows change by less, they may be predicted to first
+order. Why: what bends on so short a way changes their error by a hundredth or so, a third of what pays."""
 PIECE_ROWS = 2
-"""[rows compared] Of a piece that is left out between others. Why: assumed; the noise of most trackers is
-nearly white, and chance needs six pieces to be ruled out."""
+"""[rows compared] Length of a piece that is left out between others. Why: assumed. The noise of most trackers
+is nearly white, and it takes six pieces to rule out chance."""
 MOST_FOLD_STEPS = 12
-"""[steps] Of a fit without a fold. Why: it starts at the fit to all rows."""
+"""[steps] A fit without a fold makes at most this many. Why: it starts at the fit to all rows."""
 NO_INFLUENCE = 1e-2
-"""[weights, root mean square, per scale] A number that changes the residuals by less is left alone. Why: a
-hundredth of the noise."""
+"""[weights, root mean square, per scale] A number that changes the residuals by less is left alone. Why: it
+is a hundredth of the noise."""
 NEAR_BOUND = 1e-3
-"""[scales of the parameter] A number so near to its bound is at it. Why: no such change matters."""
+"""[scales of the parameter] A number this near to its bound is at it. Why: no such change matters."""
 MOST_VALLEY_TRIALS = 100
-"""[trials] Of the thorough search for the bottom of a valley. Why: assumed; it bounds the time."""
+"""[trials] The thorough search for the bottom of a valley makes at most this many. Why: assumed. It bounds
+the time."""
 FOLD_STEP_PARTS = (1.0, 0.3, 0.1)
-"""[share of the step] Tried in this order, until the error on the rows kept falls. Why: a whole step may
-leave the range in which the model is nearly linear."""
+"""[share of the step] These are tried in this order, until the error on the kept rows falls. Why: a whole
+step may leave the range in which the model is nearly linear."""
 NO_DAMPING = 1e-9
-"""[share of the normal matrix's diagonal] Of the step that leaves a fold out. Why: next to none; it keeps the
-matrix regular where numbers do the same."""
+"""[share of the normal matrix's diagonal] Damping of the step that leaves a fold out. Why: it is next to
+none. It keeps the matrix regular where numbers do the same."""
 ROWS_TO_SCAN_BY = 100
-"""[rows] Of whole trials, for a scan. Why: a scan tells minima apart that lie a twelfth of a range from one
-another, which a hundred rows show."""
+"""[rows] A scan uses about this many, of whole trials. Why: a scan separates minima that lie a twelfth of a
+range apart, and a hundred rows show them."""
 GRID_VALUES = (12, 6)
-"""[values per number] Of the scan of one number, and of two. Why: a delay of nine seconds has a lesser
-minimum nearby; twelve values of its range step over that."""
+"""[values per number] The scan of one number, and of two, has this many. Why: a delay of nine seconds has a
+lesser minimum nearby. Twelve values of its range step over that."""
 SCANNED_SIZES = (-12.0, -4.0, -1.0, 1.0, 4.0, 12.0)
-"""[scales of the parameter] Where more than two numbers are scanned, one at a time. Why: both signs, as the
-zero of a slack tendon's drive does nothing on one side; the sizes of most causes that matter."""
+"""[scales of the parameter] If more than two numbers are scanned, each is tried at these sizes, one at a
+time. Why: the zero of a slack tendon's drive does nothing on one side, so both signs are tried. These are the
+sizes of most causes that matter."""
 LONGEST_STEP = 20.0
-"""[scales of the parameter] Of one iteration. Why: assumed; beyond it the derivative says nothing."""
+"""[scales of the parameter] One iteration goes at most this far. Why: assumed. Beyond it the derivative says
+nothing."""
 
 # ----------------------------------------------------------------------------------------------------
 # What a hypothesis predicts: its robot, and that robot's outputs as they would be measured.

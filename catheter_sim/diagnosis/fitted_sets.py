@@ -39,32 +39,33 @@ from catheter_sim.diagnosis.workers import (
 )
 
 MOST_SINGLES = 8
-"""[hypotheses] Of a single cause, fitted where the robot moved: the best probed. Why: each is simulated, at
-some hundred times what an analytic twin costs; a cause that does much alone is among the first."""
+"""[hypotheses] Where the robot moved, this many single causes are fitted, the best in a probe. Why: each is
+simulated, at some hundred times the cost of a fast model. A cause that does much alone is among the first."""
 MOST_ROUGH_STEPS = 4
-"""[steps] Of a fit that only says which sets of two are worth fitting well. Why: the first steps take most of
-what there is to take."""
+"""[steps] A fit that only says which sets of two are worth fitting well makes this many. Why: the first steps
+take most of what there is to take."""
 FIRST_IN_ALL_FORMS = 2
-"""[single causes] The best ones are tried in all their forms before sets of two. Why: a hidden law of the
-fifth power comes first or second as one of the third."""
+"""[single causes] This many of the best are tried in all their forms before sets of two. Why: a hidden law of
+the fifth power comes first or second as one of the third."""
 HOPELESS_FACTOR = 1.2
-"""[times the cross-validated error of the set beside] A set that errs by more on what it was fitted to is not
-cross-validated well. Why: what is left out it tells worse still, and sets are equal within `EQUAL_FACTOR`."""
+"""[times the cross-validated error of the competing set] A set that errs by more on what it was fitted to is
+not cross-validated well. Why: it predicts what is left out even worse, and sets are equal within
+`EQUAL_FACTOR`."""
 FINALISTS = 3
-"""[hypotheses] Fitted in one step; as many of few numbers, and as many beside the best set. Why: a probe is
-one step of a fit, which ranks well but not surely."""
+"""[hypotheses] One step fits this many, as many again of few numbers, and as many beside the best set. Why: a
+probe is one step of a fit, which ranks well but not surely."""
 PAIRS = 24
-"""[sets of two causes] Fitted roughly where those beside the best single causes leave structure. Why: one
-step from a single cause tells little of a set whose numbers are both far from it."""
+"""[sets of two causes] If the sets beside the best single causes leave structure, this many are fitted
+roughly. Why: one step from a single cause says little about a set whose numbers are both far from it."""
 PAIRS_IN_MOTION = 6
-"""[sets of two causes] The same where the robot moved. Why: assumed; twice the `FINALISTS`, as each robot is
-simulated."""
+"""[sets of two causes] The same where the robot moved. Why: assumed. It is twice `FINALISTS`, because each
+robot is simulated."""
 RIVALS = 2
-"""[hypotheses] Fitted in the place of each chosen cause. Why: assumed; what does as well ranks first among
-the probes."""
+"""[hypotheses] This many are fitted in the place of each chosen cause. Why: assumed. What does as well ranks
+first among the probes."""
 MOST_FORMS = 8
-"""[hypotheses] Other variants of a set's causes, fitted where the search would end. Why: assumed; it bounds
-the time."""
+"""[hypotheses] Where the search would end, this many other variants of a set's causes are fitted. Why:
+assumed. It bounds the time."""
 
 Known = Mapping[tuple[str, str], float]
 Hypothesis = tuple[Fit, tuple[Term, ...]]  # where from, and where to

@@ -24,23 +24,25 @@ from catheter_sim.mechanics.hysteresis import lagged, play
 from catheter_sim.tables import Table
 
 WIDTHS = (0.05, 0.15, 0.4)
-"""[of an input's range] Dead-bands of the plays that tell a history. Why: from about the least play that a
-diagnosis finds to the widest loops of real tendons (assumed)."""
+"""[share of an input's range] Dead-bands of the plays that describe a history. Why: they go from about the
+least play that a diagnosis finds to the widest loops of real tendons (assumed)."""
 LAGS = (1.0, 5.0, 25.0)
-"""[rows] Lags that tell a history. Why: what lasts less than a row shows in no data, what lasts longer acts
-as a drift (assumed)."""
+"""[rows] Lags that describe a history. Why: what lasts less than a row shows in no data, and what lasts
+longer acts as a drift (assumed)."""
 SCALES = (0.1, 0.3, 1.0, 3.0)
-"""[1] Inverse squares of the kernel's length, in standard deviations. Why: from one arc over the whole range
-to a wave of a fifth of it; the best of them is chosen by stretches left out."""
+"""[1] Inverse squares of the kernel's length, in standard deviations. Why: they go from one arc over the
+whole range to a wave of a fifth of it. Stretches left out decide which is best."""
 RIDGES = (0.03, 0.3, 3.0, 30.0)
-"""[variance of the noise over that of the function] Why: decades about equal shares; chosen likewise."""
+"""[variance of the noise over that of the function] These ratios are tried. Why: they are decades about equal
+shares. Stretches left out decide here, too."""
 LANDMARKS = 300
-"""[points] What the kernel stands on, at most. Why: with 500 the floor of `opencr_v4` is the same to 0.1 %
-(4.756 and 4.754 mm)."""
+"""[points] The kernel stands on at most this many. Why: with 500 the floor of `opencr_v4` is the same to 0.1
+% (4.756 and 4.754 mm)."""
 MOST_ROWS = 4000
-"""[rows] What is learned from, at most: every k-th of the training rows. Why: it bounds the time."""
+"""[rows] The floor is learned from at most this many, every k-th of the training rows. Why: it bounds the
+time."""
 STRETCHES = 6
-"""[parts] Of the training rows, each left out once. Why: assumed, as for causes."""
+"""[parts] The training rows are cut into this many, each left out once. Why: assumed, as for causes."""
 
 
 def floor_of(trials: Sequence[Trial], fits: Sequence[TrialFit]) -> Floor:

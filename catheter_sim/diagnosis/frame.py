@@ -22,38 +22,38 @@ from catheter_sim.diagnosis.trials import QUATERNION, Dataset, Trial, measured_o
 from catheter_sim.theory.twins import Predict
 
 FEWEST_POINTS = 8
-"""[points] With fewer measured points the tracker's frame is not looked for. Why: assumed; a rigid motion
+"""[points] With fewer measured points, the tracker's frame is not looked for. Why: assumed. A rigid motion
 has six numbers, and a model that errs needs more points than that."""
 TURN_CONVINCING = 0.35
-"""[error with a turn over the error without] Below it the turn is taken. Why: assumed; a turn must take
-most of the error."""
+"""[error with a turn over the error without] Below this ratio the turn is taken. Why: assumed. A turn must
+take most of the error."""
 TURN_LIKELIER = 0.75
-"""[the same] Below it an exchange of axes is taken where no turn would leave the points farther off than a
-slight shift. Why: measured on a model that errs by half its motion, beside which exchanged axes must still
-show."""
+"""[error with a turn over the error without] If the points would otherwise lie farther off than a slight
+shift, an exchange of axes is taken below this ratio. Why: measured on a model that errs by half its motion.
+Exchanged axes must still show beside that error."""
 TURN_EQUAL = 1.05
-"""[times the least error] Turns within it do as well; the least turn is taken. Why: points on a line leave
-the turn about it open, and only rounding and noise part such turns."""
+"""[times the least error] Turns within it do as well, and the least turn is taken. Why: points on a line
+leave the turn about that line open, and only rounding and noise separate such turns."""
 SLIGHT_DEG = 30.0
-"""[deg beyond an exchange of axes] A turn up to it is left to the cause `measurement_frame`. Why: assumed; a
+"""[deg beyond an exchange of axes] A turn up to it is left to the cause `measurement_frame`. Why: assumed. A
 tracker that somebody set up in the base frame is turned by less."""
 SLIGHT_SHIFT_MM = 50.0
 """[mm] A shift up to it is left to the cause `measurement_frame`. Why: it is the bound of that cause."""
 UNSHIFTED_SHARE = 0.05
-"""[share of the points] So many may be off by less than a slight shift where the whole tracker is shifted.
-Why: assumed; single outliers must not decide."""
+"""[share of the points] If the whole tracker is shifted, this many may still be off by less than a slight
+shift. Why: assumed. Single outliers must not decide."""
 METRES_SPREAD = (250.0, 4000.0)
-"""[computed spread over measured] Between the two the positions are taken for metres. Why: 1000 within a
-factor of four, by which a model may err."""
+"""[computed spread over measured] Between these two numbers the positions are taken for metres. Why: they are
+1000 within a factor of four, by which a model may err."""
 METRES_LEFT_SHARE = 0.5
-"""[share of the computed spread] The error that must remain below it with the positions taken as metres.
-Why: assumed; a model that errs by more says nothing about units."""
+"""[share of the computed spread] The error must remain below it with the positions taken as metres. Why:
+assumed. A model that errs by more says nothing about units."""
 LEAST_TURN_WEIGHT = 1e-9
-"""[share of the points' product] How much no turn weighs beside the points. Why: it decides only what the
+"""[share of the points' product] No turn has this weight beside the points. Why: it decides only what the
 points leave open, and stays above rounding."""
 FLAT_SHARE = 0.02
-"""[second extent of the points over the first] Below it the points lie on a line, about which the turn
-cannot be told. Why: assumed; noise of a tracker is about a hundredth of the motion."""
+"""[second extent of the points over the first] Below it the points lie on a line, and the turn about that
+line cannot be known. Why: assumed. A tracker's noise is about a hundredth of the motion."""
 
 # ----------------------------------------------------------------------------------------------------
 # How measured positions were moved into the robot's base frame, as a value, in JSON and in words.

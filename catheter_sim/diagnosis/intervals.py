@@ -17,8 +17,8 @@ from catheter_sim.diagnosis.thresholds import TRUSTED_SHARE
 from catheter_sim.diagnosis.trials import measured_of
 
 INTERVAL_TOLERANCE = 0.05
-"""[share of the way between two values that enclose an interval's end] How exactly the end is found. Why:
-an interval's end is told by two digits."""
+"""[share of the way between two values that enclose an interval's end] The end is found to within this. Why:
+an interval's end is reported with two digits."""
 
 # ----------------------------------------------------------------------------------------------------
 # How sure fitted numbers are: 95 % intervals from the curvature at the fit, or along its valley.

@@ -35,34 +35,36 @@ from catheter_sim.tables import Table
 from catheter_sim.theory.twins import twin_for
 
 TELLS_APART_NOISE = 2.0
-"""[times the noise, root mean square] Inputs that part two causes by it tell them apart. Why: assumed; over
-hundreds of rows that is far beyond chance."""
+"""[times the noise, root mean square] Inputs that separate two causes by this much tell them apart. Why:
+assumed. Over hundreds of rows that is far beyond chance."""
 ENOUGH_APART_NOISE = 10.0
-"""[times the noise] More does not matter. Why: inputs that part several rivals well win over those that
-part one extremely well."""
+"""[times the noise] A larger separation does not count for more. Why: inputs that separate several rivals
+well win over those that separate one extremely well."""
 ALIVE_BELIEF = 0.05
-"""[probability] A hypothesis below it is not asked about by the best next experiment. Why: a report shows
-none below it either (`LEAST_SHOWN_PROBABILITY`)."""
+"""[probability] The best next experiment does not ask about a hypothesis below it. Why: a report shows none
+below it either (`LEAST_SHOWN_PROBABILITY`)."""
 IDLE_BELIEF = 0.02
-"""[probability] Of a cause that nothing speaks for, where fewer than two hypotheses are alive. Why: what was
-measured may never have shown it, as single pulls show no play; one in fifteen causes or so is at work."""
+"""[probability] If fewer than two hypotheses are alive, a cause that nothing speaks for gets this. Why: the
+data may never have shown it, as single pulls show no play. About one in fifteen causes is at work."""
 ROWS_AS_ONE = 4.0
-"""[rows] That count as one where information is worked out. Why: rows of one stretch err together, by what no
-hypothesis knows; assumed."""
+"""[rows] This many count as one where information is computed. Why: rows of one stretch err together, by what
+no hypothesis knows (assumed)."""
 MOST_OF_STRETCH = 0.3
-"""[nat] That one stretch of an experiment may tell. Why: ten must agree before two equals are told apart with
-`SURE_BELIEF`. A diagnosis turns the signs of stretches (`PAYS_CHANCE`), and cuts one cycle in several."""
+"""[nat] One stretch of an experiment may tell at most this much. Why: ten must agree before two equals are
+separated with `SURE_BELIEF`. A diagnosis turns the signs of stretches (`PAYS_CHANCE`), and cuts one cycle
+into several."""
 INFORMATION_DRAWS = 200
-"""[draws] Of data of each hypothesis. Why: the information is then known to 0.03 nat."""
+"""[draws] Each hypothesis gives this many draws of data. Why: the information is then known to 0.03 nat."""
 REFITTED_PROGRAMMES = 6
-"""[programmes] Of which, at most, every hypothesis is fitted anew to what every other one says. Why: assumed;
-fits cost a hundred times what a derivative does; mostly the first by derivatives stays the first."""
+"""[programmes] For at most this many, every hypothesis is fitted again to what every other one predicts. Why:
+assumed. Fits cost a hundred times what a derivative does, and mostly the first by derivatives stays the
+first."""
 SENSOR_WORTH = 0.1
-"""[nat] That one more sensor must tell beyond the proposed inputs to be worth a word. Why: assumed; a seventh
-of what settles between two causes."""
+"""[nat] One more sensor must tell this much beyond the proposed inputs to be mentioned. Why: assumed. It is a
+seventh of what decides between two causes."""
 MARKER_NOISE = {"mm": 0.2, "deg": 0.3, "N": 0.02}
-"""[mm, deg, N] Of a further sensor, where no output of its unit is measured. Why: assumed; trackers and load
-cells of the papers' benches."""
+"""[mm, deg, N] Noise of a further sensor, where no output of its unit is measured. Why: assumed. Such are the
+trackers and load cells of the papers' benches."""
 
 # ----------------------------------------------------------------------------------------------------
 # Which hypotheses are still alive after a diagnosis, and how much each is believed.

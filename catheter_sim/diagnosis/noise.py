@@ -27,40 +27,38 @@ from catheter_sim.diagnosis.thresholds import STEP_BY_STEP
 from catheter_sim.diagnosis.trials import TIP, Trial, all_inputs, is_repeat, measured_of, unit_of
 
 REPEATED_TIMES = 1.3
-"""[times as often as rounded noise repeats a reading] Where readings of a held command repeat more often,
-each level counts once for the noise. Why: assumed; the share of repeats of a hundred rows is known to a
-tenth."""
+"""[times as often as rounded noise repeats a reading] If readings of a held command repeat more often, each
+level counts once for the noise. Why: assumed. A hundred rows show the share of repeats to a tenth."""
 REPEATED_SHARE = 0.02
-"""[share of held rows] More repeats than that besides. Why: assumed; so few move a median by less than the
-noise itself is known."""
+"""[share of held rows] Repeats must exceed that by this much more. Why: assumed. So few move a median by less
+than the noise itself is known."""
 MOST_REPEATED_SHARE = 0.9
-"""[share of held rows] From it on each level counts once, whatever rounds its readings. Why: assumed; nothing
-is seen of the noise while a command is held."""
+"""[share of held rows] If more than this repeat, each level counts once, whatever rounds its readings. Why:
+assumed. Nothing is seen of the noise while a command is held."""
 CLIPPED_BENDS = 3.0
-"""[times the noise] Where the noise is less than a step, the squares of second differences count, up to so
-many times it. Why: their median is one of a few numbers then, often zero; normal noise goes no further, jumps
-do."""
+"""[times the noise] If the noise is less than a step, it is taken from the squares of second differences,
+each cut off here. Why: their median is then one of a few numbers, often zero. Normal noise goes no further,
+but jumps do."""
 DENSE_SHARE = 5e-3
-"""[share of an input's range] A log in which the robot moves by less over several rows is dense: its noise
-is read from rows so far apart. Why: assumed; no cause makes an error bend within half a percent of the
-motion."""
+"""[share of an input's range] A log is dense if the robot moves by less over several rows. Its noise is read
+from rows that far apart. Why: assumed. No cause makes an error bend within half a percent of the motion."""
 DENSE_TIMES = 1.25
-"""[times the noise from row to row] The noise of rows further apart counts where it is larger by this. Why:
-assumed; white noise has the same at any distance, that of a filtered sensor grows."""
+"""[times the noise from row to row] The noise of rows further apart counts if it is larger by this. Why:
+assumed. White noise is the same at any distance, and that of a filtered sensor grows."""
 SMALLEST_NOISE_SHARE = 1e-6
-"""[share of the spread of a unit's measurements] No noise is smaller. Why: computed data without any would be
-infinitely far from every model but one."""
+"""[share of the spread of a unit's measurements] No noise is smaller. Why: computed data without any noise
+would be infinitely far from every model but one."""
 MOST_TIMES = 1e6
-"""[times the noise] Larger errors are told as that. Why: as of `SMALLEST_NOISE_SHARE`."""
+"""[times the noise] Larger errors are reported as this. Why: as for `SMALLEST_NOISE_SHARE`."""
 LEAST_SQUARE_SHARE = 1e-12
-"""[share of a trial's largest sum of squared errors] Less counts as so much. Why: a model without any error
-has a gain too, whose logarithm must be finite."""
+"""[share of a trial's largest sum of squared errors] A smaller sum counts as this. Why: a model without any
+error has a gain too, and its logarithm must be finite."""
 SIGN_DRAWS = 4096
-"""[draws] Of the signs of stretches, in place of all of them where there are more. Why: a chance of 2.3 %
-is known to a quarter of a percent."""
+"""[draws] If the stretches' signs can be turned in more ways, this many are drawn in place of all. Why: a
+chance of 2.3 % is then known to a quarter of a percent."""
 WHITE_CORRELATION = 0.3
-"""[correlation of neighbouring rows] Residuals with less show no structure from row to row. Why: assumed; a
-hundred rows of noise stay below it for sure."""
+"""[correlation of neighbouring rows] Residuals with less show no structure from row to row. Why: assumed. A
+hundred rows of noise surely stay below it."""
 
 # ----------------------------------------------------------------------------------------------------
 # What a fitted hypothesis is worth on trials, such as held-out ones: errors by unit, and how sure a gain

@@ -34,10 +34,12 @@ from catheter_sim.pictures.curves import COLOURS, LEGEND, entitle, panels_of, pn
 from catheter_sim.tables import Table
 
 SHOWN_MOTION_SHARE = 0.02
-"""[share of the output that moves most] An output that moves less is not drawn. Why: it shows nothing."""
+"""[share of the motion of the output that moves most] An output that moves less is not drawn. Why: it shows
+nothing."""
 LEAP_SHARE = 0.2
-"""[share of a path's range, from row to row] Beyond it rows are drawn as places that no line joins. Why: two
-postures in random order lie a third of the range apart and more, two of a path of twenty rows a tenth."""
+"""[share of a path's range, from row to row] Beyond it, rows are drawn as places that no line joins. Why: two
+postures in random order lie a third of the range apart or more. Two of a path of twenty rows lie a tenth
+apart."""
 PAUSE_FACTOR = 5.0
 """[times the median step] A longer pause breaks a line. Why: no line may cross rows that were left out."""
 

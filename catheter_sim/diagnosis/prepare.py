@@ -72,11 +72,12 @@ from catheter_sim.progress import Stages
 from catheter_sim.theory.twins import Predict, Prediction
 
 MISTAKE_SURER = 0.85
-"""[error with a mistake put right over that with the tracker moved] Below it the mistake is believed and
-nothing is moved. Why: assumed; both explain inches for mm, and the simpler one must do better."""
+"""[error with a mistake put right over the error with the tracker moved] Below this ratio the mistake is
+believed and nothing is moved. Why: assumed. Both explain inches for mm, and the simpler one must do
+better."""
 SMALLEST_WEIGHT_SHARE = 1e-3
-"""[share of the spread of a unit's measurements] A unit's weight is at least so much. Why: noiseless data
-of a test would have none."""
+"""[share of the spread of a unit's measurements] A unit's weight is at least this. Why: a test's data without
+noise would have none."""
 
 # ----------------------------------------------------------------------------------------------------
 # What every stage of a diagnosis may use: where fits run, and how to say what is being done.

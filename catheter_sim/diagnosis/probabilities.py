@@ -29,45 +29,47 @@ from catheter_sim.diagnosis.trials import all_inputs, measured_of
 from catheter_sim.effects import EFFECTS
 
 DISCREPANCY_PRICES = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)
-"""[share of the rows] Prices of a smooth error's coefficients, of which the one is taken that predicts best.
-Why: from next to free to next to none, a factor of ten apart; finer steps change the prediction by little."""
+"""[share of the rows] Prices of a smooth error's coefficients. The price that predicts best is taken. Why:
+they go from nearly free coefficients to nearly none, a factor of ten apart. Finer steps change the prediction
+by little."""
 MOST_CROSSED_INPUTS = 4
-"""[inputs] Whose products a smooth error may depend on. Why: assumed; of eight inputs there are twenty-eight
-products, more than a short data set can price."""
+"""[inputs] A smooth error may depend on the products of at most this many. Why: assumed. Eight inputs have
+twenty-eight products, more than a short data set can price."""
 IMPLAUSIBLE_BELIEVED = 0.15
-"""[share of its probability] What a settled cause keeps whose numbers are not plausible; the rest goes to
-"outside". Why: of six such causes on data that other code had made one was at work, and the cause was
-outside the list of the five others."""
+"""[share of its probability] A cause whose numbers are not plausible keeps this much, and the rest goes to
+"outside". Why: on data that other code had made, one of six such causes was at work. For the five others, the
+cause was outside the list."""
 MEMBER_WEIGHT = 0.7
-"""[1/standard deviation] By which the share of a group's member falls with how surely another does better.
-Why: assumed; in three draws of the independent bench just one of two was at work, which says little."""
+"""[1/standard deviation] The share of a group's member falls at this rate, the more surely another cause does
+better. Why: assumed. In three draws of the independent bench just one of two was at work, which says
+little."""
 MOST_RATIO = 1.5
-"""[natural logarithm] Of the ratio of two errors, beyond which more says no more. Why: a cause without which
-the error is four times as large is needed, whatever else is wrong."""
+"""[natural logarithm] A ratio of two errors beyond it says no more. Why: a cause without which the error is
+four times as large is needed, whatever else is wrong."""
 MOST_NUMBERS = 6
-"""[fitted numbers] By which one hypothesis has more than another, beyond which more says no more. Why:
-assumed; a tracker's frame has six."""
+"""[fitted numbers] A larger difference between two hypotheses says no more. Why: assumed. A tracker's frame
+has six."""
 UNLISTED_SINGLES = 6
-"""[single causes] The best ones are tried with a smooth error beside them. Why: assumed; what explains little
-alone leaves the smooth error to explain the rest."""
+"""[single causes] This many of the best are tried with a smooth error beside them. Why: assumed. What
+explains little alone leaves the smooth error to explain the rest."""
 LOG_ODDS_OF_NAMED = (-0.61, 0.17, 2.62, 0.2, 0.1, -0.36, -1.09, -0.43, -0.55, 0.64)
 """[1, 1/standard deviation, 1/log, 1/number, 1/standard deviation, 1/log, 1/log, 1, 1, 1/log] Weights of the
-evidence of a cause or group of the hypothesis (`probabilities.features_of_named`). Why: what was believed
-before, changed by 98 draws (`scripts/calibrate_probabilities.py`): of the independent bench (tuning seed 51),
-of the first bench (seed 61), of interventions (tuning seed 62), and six loads of a real joint
-(`tests/diagnosis/test_wrist_changes.py`); 109 answers, 70 right."""
+evidence for a cause or group of the hypothesis (`probabilities.features_of_named`). Why: they are what was
+believed before, changed by 98 draws (`scripts/calibrate_probabilities.py`). The draws are of the independent
+bench (tuning seed 51), of the first bench (seed 61), of interventions (tuning seed 62), and six loads of a
+real joint (`tests/diagnosis/test_wrist_changes.py`). Of 109 answers, 70 were right."""
 LOG_ODDS_OF_RIVALS = (-3.8, 0.2, 0.51, -0.12)
-"""[1, 1/standard deviation, 1/log, 1/number] The same of a cause that could stand in another's place
-(`features_of_rival`). Why: from the same draws: 1124 answers, 11 right."""
+"""[1, 1/standard deviation, 1/log, 1/number] The same for a cause that could stand in another's place
+(`features_of_rival`). Why: from the same draws. Of 1124 answers, 11 were right."""
 LOG_ODDS_OF_OTHERS = (-5.33,)
-"""[1] Of a cause that no good hypothesis has. Why: of 205 in the same draws none was at work (one of each
-kind added)."""
+"""[1] The same for a cause that no good hypothesis has. Why: of 205 in the same draws none was at work (one
+of each kind added)."""
 LOG_ODDS_OF_OUTSIDE = (-4.56, 2.67, 0.45, 0.15, 0.47, 0.52)
-"""[1, 1/log, 1/standard deviation, 1, 1, 1] Of something outside the list (`features_of_outside`). Why:
-from the same draws: 83 answers, 8 right."""
+"""[1, 1/log, 1/standard deviation, 1, 1, 1] The same for something outside the list (`features_of_outside`).
+Why: from the same draws. Of 83 answers, 8 were right."""
 LOG_ODDS_OF_NONE = (4.29, -3.87, -1.24)
-"""[1, 1/log, 1/standard deviation] Of no cause (`features_of_none`). Why: from the same draws: 98
-answers, 23 right."""
+"""[1, 1/log, 1/standard deviation] The same for no cause (`features_of_none`). Why: from the same draws. Of
+98 answers, 23 were right."""
 
 # ----------------------------------------------------------------------------------------------------
 # Something else that is wrong: a smooth error of unknown cause, fitted to what a hypothesis leaves.

@@ -17,14 +17,14 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.theory.twins import Predict
 
 ROWS_TO_CHOOSE_BY = 600
-"""[rows] About so many are compared to choose between hypotheses. Why: more rows of the same cycles cost
-time and say nothing new; the chosen one is fitted to all."""
+"""[rows] About this many are compared to choose between hypotheses. Why: more rows of the same cycles cost
+time and say nothing new. The chosen hypothesis is fitted to all rows."""
 SECONDS_TO_CHOOSE_BY = 10.0
-"""[s] The same of data taken in motion, of the trials' beginnings together. Why: a simulated second costs
-time, not a row; a few seconds of each trial hold several swings of a robot."""
+"""[s] The same for data taken in motion, for the trials' beginnings together. Why: a simulated second costs
+time, not a row. A few seconds of each trial hold several swings of a robot."""
 SECONDS_BESIDE_SWINGS = 36.0
-"""[s] The same of two recordings whose difference is mostly what no command tells. Why: of a real trunk's,
-10 s told a weight from a gain by chance, 36 s told 100 g from it by a tenth of the error."""
+"""[s] The same for two recordings whose difference is mostly what no command explains. Why: 10 s of a real
+trunk's recordings told a weight from a gain by chance. 36 s told 100 g from it by a tenth of the error."""
 
 # ----------------------------------------------------------------------------------------------------
 # A hypothesis about what is wrong: effects whose parameters are fitted, and the trials to fit.

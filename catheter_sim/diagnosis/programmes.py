@@ -18,40 +18,44 @@ from catheter_sim.tables import Table
 from catheter_sim.units import si_factor
 
 PROGRAMME_ROW_S = 2.0
-"""[s] From row to row of proposed inputs. Why: slow enough to be quasi-static."""
+"""[s] Time from row to row of proposed inputs. Why: it is slow enough to be quasi-static."""
 PROGRAMME_STEPS = 8
-"""[rows] Of a ramp over the whole reach. Why: assumed; a loop's shape shows in them."""
+"""[rows] Length of a ramp over the whole reach. Why: assumed. A loop's shape shows in them."""
 STANDING_SHARE = 0.3
-"""[share of its reach] At which a channel stands while others move. Why: taut, and far from its reach."""
+"""[share of its reach] A channel stands here while others move. Why: it is taut there, and far from its full
+reach."""
 HOLD_S = 240.0
-"""[s] A rest out and at home. Why: drift goes on over minutes."""
+"""[s] Length of a rest, out and at home. Why: drift goes on over minutes."""
 HOLD_ROWS = 6
-"""[rows] Of such a rest. Why: assumed; a course in time shows in them."""
+"""[rows] Such a rest has this many. Why: assumed. A course in time shows in them."""
 PACES = (0.25, 4.0)
-"""[times the time from row to row of what was measured] Why: a lag's loop changes its width with the speed;
-a factor of four each way shows that."""
+"""[times the time from row to row of what was measured] Inputs are proposed at these paces. Why: a lag's loop
+changes its width with the speed. A factor of four each way shows that."""
 MOVING_ROW_S = 0.02
-"""[s] From row to row of inputs proposed for motion. Why: assumed; a servo takes commands at 50 Hz."""
+"""[s] Time from row to row of inputs proposed for motion. Why: assumed. A servo takes commands at 50 Hz."""
 LET_GO_S = 0.1
-"""[s] In which a channel is pulled, or let go, to make a robot swing. Why: assumed; short beside most swings,
-and within what a servo can do."""
+"""[s] To make a robot swing, a channel is pulled, or let go, in this time. Why: assumed. It is short beside
+most swings, and within what a servo can do."""
 SWING_S = 2.0
-"""[s] For which it then swings. Why: assumed; several swings of a robot of some Hz."""
+"""[s] The robot then swings for this time. Why: assumed. It holds several swings of a robot of some Hz."""
 SLOW_LOOP_S = 4.0
-"""[s] Of a slow loop out and home, in motion. Why: assumed; slow beside a swing: friction shows alone."""
+"""[s] Length of a slow loop out and home, in motion. Why: assumed. It is slow beside a swing, so friction
+shows alone."""
 SWEEP_S = 6.0
-"""[s] Of a sweep of frequencies. Why: assumed; some ten periods."""
+"""[s] Length of a sweep of frequencies. Why: assumed. It holds some ten periods."""
 SWEEP_HZ = (0.2, 3.0)
-"""[Hz] From where to where it goes. Why: assumed; from quasi-static to beyond most robots' first swing."""
+"""[Hz] First and last frequency of the sweep. Why: assumed. They go from quasi-static to beyond most robots'
+first swing."""
 FORCE_SHARE = 0.2
-"""[share of the force that bends the robot by a radian] A known force across the tip. Why: it bends well
-beyond the noise and harms nothing."""
+"""[share of the force that bends the robot by a radian] Size of a known force across the tip. Why: it bends
+well beyond the noise and harms nothing."""
 PULL_LEVELS = (0.35, 0.7, 1.0)
-"""[share of the range] At which a staircase of holds rests. Why: assumed; low, middle, end."""
+"""[share of the range] A staircase of holds rests at these levels. Why: assumed. They are low, middle and
+end."""
 SHORT_HOLD_S = 30.0
-"""[s] Of a rest of such a staircase. Why: assumed; shorter than a creep, longer than a lag."""
+"""[s] Length of a rest in such a staircase. Why: assumed. It is shorter than a creep, longer than a lag."""
 RANGE_SHARE = 0.95
-"""[share of the range] That proposed inputs use. Why: an end is where stops and slack tendons are."""
+"""[share of the range] Proposed inputs use this much. Why: stops and slack tendons are at an end."""
 
 # ----------------------------------------------------------------------------------------------------
 # Series of inputs that a robot may be made to play next: causes answer each of them differently.

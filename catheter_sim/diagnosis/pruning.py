@@ -18,11 +18,11 @@ from catheter_sim.diagnosis.verdict import held_out
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
 
 LEAST_GAIN_PERCENT = 0.5
-"""[% of the error before] A cause with less on held-out data is not named. Why: assumed; less is no cause
-that anybody would mend."""
+"""[% of the error before] A cause with less gain on held-out data is not named. Why: assumed. Nobody would
+mend such a cause."""
 NO_GAIN_PERCENT = 0.1
-"""[% of the error before] The same once other causes were left out. Why: then small shares move about, and
-only what has none goes too."""
+"""[% of the error before] The same once other causes were left out. Why: small shares then move about, and
+only a cause with no gain goes too."""
 
 # ----------------------------------------------------------------------------------------------------
 # Whether a cause's fitted numbers are likely at all: a fit also uses causes to soak up what is missing.

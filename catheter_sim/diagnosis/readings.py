@@ -16,49 +16,49 @@ from catheter_sim.diagnosis.thresholds import STEP_BY_STEP
 from catheter_sim.diagnosis.trials import Dataset, Trial, all_inputs, measured_of, unit_of
 
 FROZEN_SHARE = 0.15
-"""[share of a trial's rows] A sensor that repeats one value over more of them is frozen. Why: assumed; a
-robot that is driven changes a measured value from row to row, by its noise alone."""
+"""[share of a trial's rows] A sensor that repeats one value over more of them is frozen. Why: assumed. While
+a robot is driven, its noise alone changes a measured value from row to row."""
 FROZEN_ROWS = 8
-"""[rows] The same for short trials: fewer repeats are no frozen sensor. Why: assumed; coarse sensors repeat
-values over a few rows."""
+"""[rows] The same for short trials, where fewer repeats are no frozen sensor. Why: assumed. Coarse sensors
+repeat values over a few rows."""
 FROZEN_DRIVEN_SHARE = 0.3
-"""[share of an input's range] It must pass through so much of it meanwhile. Why: a sensor may well repeat
-its value while the robot is held still."""
+"""[share of an input's range] The input must pass through this much of it meanwhile. Why: a sensor may well
+repeat its value while the robot is held still."""
 STALE_SHARE = 0.3
-"""[share of the rows] That repeat all outputs of the row before while the robot is driven: from it on repeats
-are old readings. Why: assumed; by noise alone no row repeats in all its digits."""
+"""[share of the rows] From here on, rows that repeat all outputs of the row before are old readings, if the
+robot is driven. Why: assumed. By noise alone no row repeats in all its digits."""
 STALE_VALUES_SHARE = 0.5
-"""[values per change] With fewer a sensor counts coarsely, and repeats what it measures. Why: assumed; a
+"""[values per change] With fewer, a sensor counts coarsely, and repeats what it measures. Why: assumed. A
 reading of a fine sensor never comes again."""
 FEWEST_READINGS = 8
-"""[distinct readings] Fewer show no grid. Why: assumed; a few numbers are at equal distances by chance."""
+"""[distinct readings] Fewer show no grid. Why: assumed. A few numbers are at equal distances by chance."""
 FEWEST_STEPS = 20
-"""[steps] A column that moves by less shows no grid by itself. Why: assumed; a handful of levels, each set by
+"""[steps] A column that moves by less shows no grid by itself. Why: assumed. A handful of levels, each set by
 hand, are at equal distances too."""
 MOST_STEPS = 1e5
-"""[steps in the largest reading] With more, readings are continuous. Why: six digits are how many numbers are
-printed, whatever measured them; what rounds them there is far below any noise."""
+"""[steps in the largest reading] With more, readings are continuous. Why: numbers are printed with six
+digits, whatever measured them. What rounds them there is far below any noise."""
 GRID_SHARE = 0.9
-"""[share of the distinct readings] That must lie on a decimal grid. Why: of continuous readings a tenth lies
-on any; cells that somebody filled in lie off it."""
+"""[share of the distinct readings] This many must lie on a decimal grid. Why: a tenth of continuous readings
+lies on any grid. Cells that somebody filled in lie off it."""
 GRID_MISSED_SHARE = 0.1
-"""[share of a step] That readings may lie off the grid of a counting sensor, in all. Why: eight readings are
-as near by chance once in a million times."""
+"""[share of a step] Readings may lie off the grid of a counting sensor by this much, in all. Why: eight
+readings are as near by chance once in a million times."""
 GRID_FILLED_SHARE = 0.95
-"""[share of the grid's points] From it on a grid may be a ramp of commands, followed without noise. Why:
+"""[share of the grid's points] From here on, a grid may be a ramp of commands, followed without noise. Why:
 readings of a sensor leave points out, unless many commands share each of them."""
 SHARED_READINGS = 2.0
-"""[commands per reading] Many commands share each reading of a sensor that counts. Why: as of
-`GRID_FILLED_SHARE`; a model without noise has a reading of its own for each."""
+"""[commands per reading] With a sensor that counts, at least this many commands share each reading. Why: as
+for `GRID_FILLED_SHARE`. A model without noise has its own reading for each command."""
 COPY_ROWS = 12
-"""[rows] So many rows in a row that agree to the last digit are a copy. Why: assumed; noise of a few steps
-of the last digit repeats in one row of ten at most, so that twelve of them are no chance."""
+"""[rows] This many in a row that agree to the last digit are a copy. Why: assumed. Noise of a few steps of
+the last digit repeats in one row of ten at most, so twelve of them are no chance."""
 COPY_STEPS = 2.0
-"""[steps of the last digit] A column less noisy tells nothing about copies. Why: a coarse sensor gives the
-same readings whenever a robot repeats a motion."""
+"""[steps of the last digit] A column with less noise tells nothing about copies. Why: a coarse sensor gives
+the same readings whenever a robot repeats a motion."""
 COPY_PROBES = 16
-"""[rows] Of a trial that are looked for in another one. Why: a copied part of an eighth of a trial holds two
-of them."""
+"""[rows] This many of a trial are looked for in another one. Why: a copied part of an eighth of a trial holds
+two of them."""
 
 # ----------------------------------------------------------------------------------------------------
 # The resolution of readings: the step of the grid on which they lie.

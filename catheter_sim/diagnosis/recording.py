@@ -22,8 +22,8 @@ from catheter_sim.tables import Table, read_table
 
 DATASET = "dataset.toml"
 _LEVELS = 4
-"""[folders] In a file's own and those above it a data set that lists the file is looked for. Why: assumed;
-data sets list files by day or by robot below them, not deeper."""
+"""[folders] In this many, a file's own and those above it, a data set is looked for that lists the file. Why:
+assumed. Data sets list files by day or by robot below them, not deeper."""
 MEASURED, ERROR = "measured_", "error_"  # before the names of columns that are written
 
 

@@ -16,22 +16,24 @@ from catheter_sim.diagnosis.result import StructureTest, TrialFit
 from catheter_sim.diagnosis.trials import Dataset, Trial, cycles, unit_of
 
 BINS = 8
-"""[groups of rows] Along a coordinate. Why: assumed; a loop or a wave shows in eight."""
+"""[groups of rows] There are this many along a coordinate. Why: assumed. A loop or a wave shows in eight."""
 FINE_BINS = 24
-"""[groups of rows] Of an input in fine steps. Why: of waves over an input eight groups would each hold
-one."""
+"""[groups of rows] There are this many along an input in fine steps. Why: of waves over an input, eight
+groups would each hold one."""
 ROWS_IN_BIN = 5
-"""[rows] In a group, at least. Why: assumed; a mean of fewer is noise."""
+"""[rows] A group holds at least this many. Why: assumed. A mean of fewer is noise."""
 FEWEST_BLOCKS = 4
-"""[cycles] With fewer, equal stretches of rows stand in. Why: signs of three cycles can be turned in eight
-ways only, which allows no small p-value."""
+"""[cycles] With fewer, equal stretches of rows take their place. Why: signs of three cycles can be turned in
+eight ways only, which allows no small p-value."""
 REVERSAL_SHARE = 0.02
-"""[share of an output's range] Smaller moves back are no turning point. Why: noise of the inputs."""
+"""[share of an output's range] A smaller move back is no turning point. Why: it may be noise of the
+inputs."""
 STRUCTURE_DRAWS = 999
-"""[draws] Of the cycles' signs. Why: p-values down to a thousandth, a tenth of `SIGNIFICANT_P`."""
+"""[draws] The cycles' signs are drawn this many times. Why: it gives p-values down to a thousandth, a tenth
+of `SIGNIFICANT_P`."""
 NEAR_AXIS_SHARE = 0.1
-"""[share of the largest distance from the axis] Within it there is no bending plane. Why: noise turns it
-about there."""
+"""[share of the largest distance from the axis] Within it there is no bending plane. Why: noise turns the
+plane about there."""
 
 # ----------------------------------------------------------------------------------------------------
 # Where a series turns round, and how far it has gone since.

@@ -58,20 +58,20 @@ from catheter_sim.diagnosis.workers import (
 from catheter_sim.effects import EFFECTS
 
 BEAM = 3
-"""[sets of causes] To which another cause is added. Why: the best set of two need not hold the best single
-cause; `tests/diagnosis/test_select.py` has pairs that a smaller one misses."""
+"""[sets of causes] Another cause is added to each of this many. Why: the best set of two need not hold the
+best single cause. `tests/diagnosis/test_select.py` has pairs that a smaller number misses."""
 PATIENCE = 1
-"""[steps] That need not pay, if the next one does. Why: two causes may pay where neither does alone;
+"""[steps] This many need not pay, if the next one does. Why: two causes may pay where neither does alone.
 `tests/diagnosis/test_select.py` has such a pair."""
 CHOICE_ROUNDS = 3
-"""[rounds] Of choosing, if something better stands in a cause's place in the end. Why: assumed; it ends the
-exchange of two causes for one another."""
+"""[rounds] If something better stands in a cause's place in the end, the choice is made at most this many
+times. Why: assumed. It ends the exchange of two causes for one another."""
 NEAR_TERMS = 10
-"""[variants of causes] The best probed ones, of which two at a time are tried in the place of one or two
-chosen causes. Why: assumed; of ten there are forty-five pairs, each ranked in a millisecond."""
+"""[variants of causes] This many of the best in a probe are tried, two at a time, in the place of one or two
+chosen causes. Why: assumed. Of ten there are forty-five pairs, each ranked in a millisecond."""
 NEAR_SETS = 4
-"""[hypotheses] Of each size, near the set at which a search ends, that are fitted. Why: assumed; ten or so in
-all cost as much as one more step of the search."""
+"""[hypotheses] This many of each size are fitted near the set at which a search ends. Why: assumed. Ten or so
+in all cost as much as one more step of the search."""
 UNLISTED = "unlisted"  # the form of a cause whose number follows a curve
 
 # ----------------------------------------------------------------------------------------------------

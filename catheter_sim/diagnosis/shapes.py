@@ -32,14 +32,16 @@ from catheter_sim.tables import Table
 from catheter_sim.theory.twins import Prediction
 
 MOST_SHAPES = 2_000
-"""[rows] Of a trial whose shape is kept. Why: some 3 MB a trial; a page takes fewer of them."""
+"""[rows] Of a trial, the shape is kept at this many. Why: that is some 3 MB a trial, and a page takes fewer
+of them."""
 MOST_CHARACTERS = 800_000
-"""[characters] Of what a page has of the robot in space. Why: with pictures of 0.4 MB and words of 0.1 MB it
-stays below 1.5 MB."""
+"""[characters] A page holds at most this many for the robot in space. Why: with pictures of 0.4 MB and words
+of 0.1 MB it stays below 1.5 MB."""
 MOST_ERRORS = 4_000
-"""[rows] Of which a page has the error. Why: no screen has more columns to draw in."""
+"""[rows] A page holds the error of this many. Why: no screen has more columns to draw in."""
 MOST_ON_LINE = 25
-"""[points] Of a centreline in a page. Why: a bend of half a turn is drawn with corners of 8 degrees."""
+"""[points] A page draws a centreline with this many. Why: a bend of half a turn is drawn with corners of 8
+degrees."""
 _BASE = "body_0"  # the face that the first element stands on
 _PER_MM, _PER_ERROR_MM, _PER_S = 100.0, 1e4, 1e4  # parts of a page's places, errors and times
 _ROUNDS = 5  # of leaving rows out; fewer rows take a little more each

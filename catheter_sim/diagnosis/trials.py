@@ -39,25 +39,25 @@ from catheter_sim.errors import InputError, cut, shown, unknown
 from catheter_sim.tables import Table
 
 MOST_HELDOUT_SHARE = 0.5
-"""[share of the rows] How much is held out, at most, where less would hold too few stretches to prove a gain.
-Why: assumed; as much is left to fit."""
+"""[share of the rows] At most this much is held out, where less would hold too few stretches to prove a gain.
+Why: assumed. As much is left to fit."""
 VALLEY_SHARE = 0.25
-"""[share of the peaks on both sides] A valley of the pull below it ends a cycle. Why: assumed; partial
-loops that end a way back keep more pull than that."""
+"""[share of the peaks on both sides] A valley of the pull below it ends a cycle. Why: assumed. Partial loops,
+which end part of the way back, keep more pull than that."""
 PEAK_SHARE = 0.1
 """[share of the trial's largest pull] A peak must reach it to count. Why: below it is noise about rest."""
 MOST_PRETENSION_SHARE = 0.4
-"""[share of the largest pull] What a tenth of the rows do not exceed is a standing pretension up to this
-size. Why: a robot whose lowest pull is higher never rests, so that no row of it is rest."""
+"""[share of the largest pull] What a tenth of the rows do not exceed is a standing pretension, up to this
+size. Why: a robot whose lowest pull is higher never rests, so no row of it is rest."""
 NOISE_ROWS = 3
-"""[values of one series] With fewer its noise is not told. Why: it is told from second differences
+"""[values of one series] With fewer, its noise is not estimated. Why: the estimate takes second differences
 (`diagnosis.noise.white_noise`)."""
 LEAST_BLOCK_S = 1.0
-"""[s] Stretches of rows that count as one, at least, in motion. Why: rows a hundredth of a second apart are
-no independent values; a robot's swing lasts some tenths of a second."""
+"""[s] In motion, stretches of rows that count as one last at least this long. Why: rows a hundredth of a
+second apart are no independent values. A robot's swing lasts some tenths of a second."""
 CLOCK_ROUNDING = 1e-6
-"""[share of a stretch] That a clock's digits may lack of it. Why: fifty steps of 0.1 s add up to 2e-15 s less
-than 5 s; epoch seconds have seven digits behind the point."""
+"""[share of a stretch] A clock's digits may lack this much of it. Why: fifty steps of 0.1 s add up to 2e-15 s
+less than 5 s. Epoch seconds have seven digits behind the point."""
 
 # ----------------------------------------------------------------------------------------------------
 # How the robot moved while data were taken.

@@ -22,38 +22,45 @@ from catheter_sim.diagnosis.workers import Tangent, beside
 from catheter_sim.effects.varying import argument
 
 QUANTILES = tuple(share / 100.0 for share in range(6, 95, 4))
-"""[shares of the rows, and of the most] Where a number may step. Why: a step in time is to be told to a
-fifth of the record, and a derivative costs next to nothing."""
+"""[shares of the rows, and of the largest value] A number may step at these places. Why: a step in time
+should be known to a fifth of the record, and a derivative costs next to nothing."""
 KNOTS = (0.2, 0.4, 0.6, 0.8)
-"""[shares of the rows] Of a curve, besides none and the most. Why: assumed; five numbers, each of a
-fifth of the rows."""
+"""[shares of the rows] Knots of a curve, besides zero and the largest value. Why: assumed. They are five
+numbers, each of a fifth of the rows."""
 PARTS = 8
-"""[parts of the length] Whose numbers may differ. Why: a place is to be told to 15 % of the length."""
+"""[parts of the length] A number may differ between this many. Why: a place should be known to 15 % of the
+length."""
 RIDGE = 1e-6
-"""[share of the diagonal] Keeps the matrix regular where two numbers do the same. Why: next to none."""
+"""[share of the diagonal] It keeps the matrix regular where two numbers do the same. Why: it is next to
+none."""
 MULTIPLIED = 8
-"""[products] Of two courses of a number, the best. Why: assumed; each begins at what one of the two says
-alone."""
+"""[products] Of the products of two courses of a number, this many are tried, the best. Why: assumed. Each
+begins at what one of the two says alone."""
 BESIDE_EACH = 3
-"""[courses] Of different kinds, multiplied with each of these, which is then placed anew. Why: of a softening
-late and far out (`tests/diagnosis/test_varying_planted.py`) the best alone was the wrong one."""
+"""[courses] This many of different kinds are multiplied with each of these, which is then placed again. Why:
+for a softening late and far out (`tests/diagnosis/test_varying_planted.py`), the best alone was the wrong
+one."""
 MULTIPLIED_BY = 1500
-"""[values] By which they are chosen, about. Why: assumed; all values weigh what was chosen."""
+"""[values] The products are chosen by about this many. Why: assumed. All values then judge what was
+chosen."""
 RANKED_BY = 500
-"""[values] By which ways are ranked, about. Why: assumed; all values weigh the best of them."""
+"""[values] Ways to vary are ranked by about this many. Why: assumed. All values then judge the best of
+them."""
 MOST_WEIGHED = 24
-"""[ways] Of a term, the best by what they were fitted to, weighed by stretches left out. Why: a step has as
-many places; of all kinds the best come first."""
+"""[ways] For each term, this many are judged on stretches left out, the best by what they were fitted to.
+Why: a step has as many places, and the best of all kinds come first."""
 NOTHING_NEW = 1e-2
-"""[share of a derivative] Beyond the numbers that are fitted, below which varying does nothing new. Why: a
-hundredth of it is noise."""
+"""[share of a derivative] If less of it lies beyond the numbers that are fitted, varying does nothing new.
+Why: a hundredth of it is noise."""
 FEWEST_ROWS = 8
-"""[rows] With a course above zero, and without. Why: assumed; fewer are a few wild rows."""
+"""[rows] A course must be above zero in this many, and not above zero in as many. Why: assumed. Fewer are a
+few wild rows."""
 FINER_SHARE = 0.05
-"""[share of the rows] On either side of a step that was found, where it is looked for again. Why: a little
+"""[share of the rows] A step that was found is looked for again this far on either side. Why: it is a little
 more than from one place of `QUANTILES` to the next."""
 FINER_PLACES = 60
-"""[places] Where it is looked for there. Why: every row's place of some 600 that are compared."""
+"""[places] Around that step, this many are tried. Why: of some 600 compared rows, each row there has its
+place."""
 
 
 @dataclass(frozen=True)

@@ -56,37 +56,42 @@ from catheter_sim.effects import EFFECTS
 from catheter_sim.theory.twins import Prediction
 
 VARIED_BESIDE = 3
-"""[causes] Beside more no number is asked whether it varies. Why: assumed; so many soak up what varies, and
-each fit costs three robots for one."""
+"""[causes] Beside more, no number is asked whether it varies. Why: assumed. So many soak up what varies, and
+each fit costs three robots in place of one."""
 VARIED = 6
-"""[hypotheses] In which a number varies, fitted beside each set where a search has come to. Why: assumed;
-their derivatives rank them well, and each costs three robots for one."""
+"""[hypotheses] This many in which a number varies are fitted beside each set that the search has reached.
+Why: assumed. Their derivatives rank them well, and each costs three robots in place of one."""
 VARIED_WORTH = 1.5
-"""[times the error of the set where the search has come to] A number that varies is not fitted where its
-derivative promises more. Why: of three planted ones it promised at most 1.04 times what the fit left
-(`tests/diagnosis/test_varying_planted.py`)."""
+"""[times the error of the set that the search has reached] A number that varies is not fitted if its
+derivative promises to leave more. Why: for three planted ones it promised at most 1.04 times what the fit
+left (`tests/diagnosis/test_varying_planted.py`)."""
 NEARER_ROUNDS = 4
-"""[fits] One after the other in which a step, or a kink, is placed anew. Why: assumed; where a number varies
-much each derivative leads a part of the way."""
+"""[fits] In this many, one after the other, a step or a kink is placed again. Why: assumed. Where a number
+varies much, each derivative leads a part of the way."""
 VARIED_LEAVES = 0.8
-"""[times the error of the set where the search has come to] Left at most by a number that varies beside
-others. Why: of a lens with rings one took a seventh, as one of a hundred ways in which it might."""
+"""[times the error of the set that the search has reached] A number that varies beside others may leave at
+most this. Why: for a lens with rings, one such number took a seventh, as one of a hundred ways in which it
+might."""
 VARIED_NEAR = 1.6
-"""[times the error that the best of them promises] Of each further cause the best is fitted, too. Why: of a
-zero that grows with level the derivative promised 1.5 times what the best did."""
+"""[times the error that the best variation promises] The best one of each further cause is fitted, too, if it
+promises to leave at most this. Why: for a zero that grows with level, the derivative promised 1.5 times what
+the best one did."""
 PROMISED_ALONE = 0.5
-"""[times the error without causes] One that is to explain all by itself is not fitted where its derivative
-promises more. Why: of seven such ones it promised a third at most (tuning draws of the independent bench)."""
+"""[times the error without causes] A number that is to explain everything by itself is not fitted if its
+derivative promises to leave more. Why: for seven such numbers it promised at most a third (tuning draws of
+the independent bench)."""
 VARIES_SHARE = 0.6
-"""[times the error that the same cause promises where it does not vary] The same. Why: of six planted ones
-it promised a quarter, of four pairs of other causes three quarters at least, and no fit kept that."""
+"""[times the error that the same cause promises where it does not vary] The same. Why: for six planted ones
+it promised a quarter. For four pairs of other causes it promised at least three quarters, and no fit kept
+that."""
 VARIED_EACH = 3
-"""[hypotheses] The same, of one cause. Why: assumed; what a number varies with is told only after a fit."""
+"""[hypotheses] At most this many of one cause are fitted. Why: assumed. A fit must come first to show what a
+number varies with."""
 LEFT_OF_FEW = 2.0
-"""[times the error's white part] Left at most by a number that varies by a step or a line, late in a search.
-Why: coloured noise is up to 1.4 times its white part, and a step is placed to a row."""
+"""[times the error's white part] Late in a search, a number that varies by a step or a line may leave at most
+this. Why: coloured noise is up to 1.4 times its white part, and a step is placed to a row."""
 LEFT_OF_FEW_SHARE = 0.25
-"""[share of the error without causes] The same. Why: assumed; other causes imitate a half, hardly more."""
+"""[share of the error without causes] The same. Why: assumed. Other causes imitate a half, hardly more."""
 
 
 def vary(

@@ -49,51 +49,51 @@ from catheter_sim.simulation.replay import SimulationRun, simulate
 from catheter_sim.tables import Table
 
 ROUGH_NOISE = 3.0
-"""[times the noise floor] An error within it is no discrepancy where it shows no structure from row to row.
-Why: assumed; an error without structure shows no cause."""
+"""[times the noise floor] An error within it is no discrepancy if it shows no structure from row to row. Why:
+assumed. An error without structure shows no cause."""
 REMAINDER_NOISE = 2.0
-"""[times the noise floor] What one cause leaves is small within it; beyond, it must have no structure. Why:
-one cause imitates less than several do, for which `NEAR_NOISE` counts."""
+"""[times the noise floor] What one cause leaves is small within it. Beyond it, the rest must have no
+structure. Why: one cause imitates less than several do, for which `NEAR_NOISE` counts."""
 REMAINDER_SHARE = 0.07
 """[share of the error before] What is left is small within it. Why: the causes are then right but for their
 form."""
 REMAINDER_HANGS_PERCENT = 25.0
-"""[% of the squares left] Depending on one thing, they speak against the causes. Why: assumed; with it
-causes outside the list ended as `unexplained` in 58 of 60 draws of the blind bench."""
+"""[% of the squares left] If this much depends on one thing, it speaks against the causes. Why: assumed. With
+it, causes outside the list ended as `unexplained` in 58 of 60 draws of the blind bench."""
 MUCH_LEFT_NOISE = 5.0
-"""[times the noise floor] So much of an error left says that something else is wrong besides. Why: learned
-from an eccentric pulley that was taken for stiffness, with 7 and 12 times left."""
+"""[times the noise floor] If more of an error is left, something else is wrong besides. Why: learned from an
+eccentric pulley that was taken for stiffness, with 7 and 12 times the floor left."""
 LEAST_TAKEN_SHARE = 0.5
-"""[share of the error before] Causes that leave so much must take it. Why: as of `MUCH_LEFT_NOISE`: 31 and
-41 % were taken there."""
+"""[share of the error before] Causes that leave so much must take at least this. Why: as for
+`MUCH_LEFT_NOISE`, where 31 and 41 % were taken."""
 DOUBT_NOISE = 3.0
-"""[times the noise floor] An error left beyond it is told as a doubt. Why: assumed; it doubles
+"""[times the noise floor] If more error is left, the report states it as a doubt. Why: assumed. It doubles
 `NEAR_NOISE`."""
 HARM_SHARE = 0.05
-"""[share of the error before] By which an error must rise to count as worse. Why: assumed; a cause that helps
-elsewhere may cost a twentieth where its form is not quite right."""
+"""[share of the error before] An error must rise by this much to count as worse. Why: assumed. A cause that
+helps elsewhere may cost a twentieth where its form is not quite right."""
 HARM_NOISE = 1.3
 """[times the noise floor] An error within it is not worse. Why: a right model leaves at most 1.3 times the
 floor (`NEAR_NOISE`)."""
 HARM_CHANCE = 0.01
-"""[probability] Of such a rise by chance, at most, shared among all that is looked at. Why: one diagnosis in
-a hundred may see harm where none is done."""
+"""[probability] Such a rise may come by chance with at most this probability, shared among all that is looked
+at. Why: one diagnosis in a hundred may see harm where none is done."""
 SMOOTH_RAMP_S = 0.1
-"""[s of simulated time] From row to row of a robot without friction. Why: measured on 60 rows of eight
-robots, it moves the outputs by at most 0.004 mm from where a whole second leads."""
+"""[s of simulated time] Time from row to row of a robot without friction. Why: measured on 60 rows of eight
+robots. It moves the outputs by at most 0.004 mm from where a whole second leads."""
 DRY_RAMP_S = 0.5
-"""[s of simulated time] The same with friction, which remembers an overshoot. Why: measured likewise, 0.002
-mm; with half of it 0.016 mm."""
+"""[s of simulated time] The same with friction, which remembers an overshoot. Why: measured likewise, it
+moves them by 0.002 mm. With half of it they move by 0.016 mm."""
 SMOOTH_STRIDE = 20
-"""[time steps] That a replay makes in one, of a robot without friction to which tensions are given. Why:
-measured on 40 to 60 rows of five robots, it moves the outputs by at most 0.001 mm; tendons that are drawn
-would not come to rest."""
+"""[time steps] A replay makes this many in one, for a robot without friction that is driven by tension. Why:
+measured on 40 to 60 rows of five robots, it moves the outputs by at most 0.001 mm. Tendons driven by
+displacement would not come to rest."""
 SMOOTH_DRIVEN_STRIDE = 2
-"""[time steps] The same of a robot without friction that is driven by displacements. Why: measured on 40 to
-60 rows of three robots, 1e-5 mm; with four, catheters do not come to rest."""
+"""[time steps] The same for a robot without friction that is driven by displacement. Why: measured on 40 to
+60 rows of three robots, it moves the outputs by 1e-5 mm. With four, catheters do not come to rest."""
 DRY_STRIDE = 4
-"""[time steps] The same with friction, where tensions are given. Why: measured on 60 rows of four robots,
-0.01 mm; with 20, a rolling robot diverges."""
+"""[time steps] The same for a robot with friction that is driven by tension. Why: measured on 60 rows of four
+robots, it moves the outputs by 0.01 mm. With 20, a rolling robot diverges."""
 
 # ----------------------------------------------------------------------------------------------------
 # Held-out trials replayed in MuJoCo with the causes built into the robot.

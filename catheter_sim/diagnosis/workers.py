@@ -63,26 +63,26 @@ from catheter_sim.tables import replaced_when_whole
 from catheter_sim.theory.twins import MovingPrediction, Prediction, moving_twin_for, twin_for
 
 LONGER_STEPS = (2, 4)
-"""[times the robot's own step in motion] Tried for fits, in this order. Why: each halves the time; four times
-half a millisecond still is a hundredth of the period of a fast swing."""
+"""[times the robot's own step in motion] These are tried for fits, in this order. Why: each halves the time.
+Four times half a millisecond is still a hundredth of the period of a fast swing."""
 STEP_SHARE = 0.1
-"""[share of the noise, root mean square] By which longer steps may change an output. Why: assumed; a tenth
-of the noise moves fitted numbers by a tenth of their intervals or less."""
+"""[share of the noise, root mean square] Longer steps may change an output by this much. Why: assumed. A
+tenth of the noise moves fitted numbers by a tenth of their intervals or less."""
 SECONDS_TO_STEP_BY = 6.0
-"""[s] Of the trials' beginnings together, on which steps are compared. Why: assumed; it costs no more than
-two robots of a choice do."""
+"""[s] Steps are compared on the trials' beginnings, together of this length. Why: assumed. It costs no more
+than two robots of a choice do."""
 PROBE_DAMPINGS = (1e-3, 0.3, 10.0)
-"""[share of the normal matrix's diagonal] Of the steps of a probe. Why: a whole step, one half as long, and a
-short one where the derivative misleads."""
+"""[share of the normal matrix's diagonal] A probe's steps have these dampings. Why: they give a whole step,
+one half as long, and a short one where the derivative misleads."""
 PROBE_HALVINGS = 2
-"""[halvings] Of a probe's step that makes things worse, at most. Why: the play of a robot in motion started
-four times too wide (draw 4 of the bench in motion, seed 12), and was not among those fitted: 25 minutes
-instead of one."""
+"""[halvings] A probe's step that makes things worse is halved at most this many times. Why: the play of a
+robot in motion started four times too wide (draw 4 of the bench in motion, seed 12). It was not among the
+hypotheses that were fitted, and the diagnosis took 25 minutes instead of one."""
 SECANT_STEP = 1.0
-"""[scales of the parameter] Of the derivative that tells by how much a number may vary. Why: a change that
-matters; a twentieth of it is lost in the friction of a tendon."""
+"""[scales of the parameter] Step of the derivative that shows by how much a number may vary. Why: it is a
+change that matters. A twentieth of it is lost in the friction of a tendon."""
 SHORTLIST = 3
-"""[hypotheses] Beyond those to be fitted, of which the first step is computed with the full model. Why: their
+"""[hypotheses] Beyond those to be fitted, the full model computes the first step of this many. Why: their
 derivatives rank them well but not surely."""
 
 # ----------------------------------------------------------------------------------------------------

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import brentq
 
 from catheter_sim.arrays import Array
 from catheter_sim.catalogue import load_robot
+from catheter_sim.core.inputs import LinkForce
 from catheter_sim.core.posture import Posture
 from catheter_sim.core.robot import Friction
 from catheter_sim.robots.rolling import complete as rods
@@ -26,6 +28,7 @@ from catheter_sim.validation.lines import (
     FITTED,
     NO_GRAVITY,
     OUT_OF_REACH,
+    PREDICTED,
     READ_BACK,
     REFUTED,
     Line,
@@ -230,7 +233,7 @@ def _lever_lines(found: Mapping[str, Profile]) -> list[Line]:
     """Compare the pulled rod's lever with the symmetric design's: "doubles and halves"."""
     ratio = found[ALTERNATING].levers_mm / found[SYMMETRIC].levers_mm
     source = (
-        "chest_tube_2025, Section III-A: \"{}\"; Table II's arms are {} mm, where the symmetric one's are 2"
+        "chest_tube_2025, Section III-A, \"{}\"; Table II's arms are {} mm, where the symmetric one's are 2"
     )
     rows = (("larger", 0, 2.0, "doubles", "3", REFUTED), ("smaller", 1, 0.5, "halves", "1", READ_BACK))
     return [
@@ -393,7 +396,7 @@ def _lines(item: TermCurves) -> list[Line]:
     lines = [
         Line(
             SECTION,
-            f"{what}: printed balance {ALL} missing terms: joint angle, largest",
+            f"{what}, printed balance {ALL} missing terms: joint angle, largest",
             "deg",
             float(np.abs(item.balances[ALL] - item.complete).max()),
             1e-6,
@@ -447,6 +450,86 @@ def _base_share(terms: Terms, weight: str) -> float:
 
 def _degrees(postures: tuple[Posture, ...]) -> Array:
     return np.degrees([posture.joint_angles for posture in postures])
+
+
+# ----------------------------------------------------------------------------------------------------
+# Lying on a surface that rubs, as in the paper's planar test, and hanging (Fig. 12).
+
+SURFACE_TENSIONS_N = (2.8, 5.6, 10.3)
+_SURFACE_STEP_N = 0.25  # by which the tension has grown while the links slid to where they lie
+_SURFACE_ROUNDS = 50
+
+
+def lying(robot: RollingRobot, tension_N: float, friction: float) -> Posture:
+    """Return the posture of a robot that bends while it lies on a surface.
+
+    Each link's share of the weight rubs against the way in which its middle slides. That way depends on the
+    forces, so both are found in turn.
+
+    Args:
+        robot: with one active rod.
+        tension_N: reached from less.
+        friction: Coulomb coefficient of links and surface.
+    """
+    chain = rolling_chain(robot)
+    size = friction * chain.mass * float(np.linalg.norm(TERMS_WEIGHTS["hanging"]))
+    middle = (0.5 * np.broadcast_to(chain.link_length, chain.mass.shape)).tolist()
+    rows = given(np.array([[0.0], [tension_N - _SURFACE_STEP_N], [tension_N]]))
+    ways = np.tile([1.0, 0.0, 0.0], (chain.joints, 1))
+    bent = np.nan
+    for _ in range(_SURFACE_ROUNDS):
+        rubbing = [
+            LinkForce(link + 1, (0.0, 0.0, middle[link]), (x, y, z))
+            for link, (x, y, z) in enumerate((-size[:, np.newaxis] * ways).tolist())
+        ]
+        _, before, after = complete(robot, rows, NO_GRAVITY, rubbing).postures
+        slid = np.subtract(
+            *(item.p_w - np.multiply(middle, item.R_w[:, :, 2].T).T for item in (after, before))
+        )
+        ways = slid / np.linalg.norm(slid, axis=1, keepdims=True)
+        if abs(after.joint_angles.sum() - bent) < 1e-7:
+            break
+        bent = after.joint_angles.sum()
+    return after
+
+
+def validate_surface(folder: Path) -> Validation:
+    """Show how much a surface must rub before lying takes more force than hanging does."""
+    robot, lines = chest_tube_section(), []
+    for tension_N in SURFACE_TENSIONS_N:
+        inputs = given(np.array([[0.0], [tension_N]]))
+        hanging = complete(robot, inputs, TERMS_WEIGHTS["hanging"]).postures[-1].joint_angles.sum()
+
+        def straighter(friction: float, tension_N: float = tension_N, hanging: float = hanging) -> float:
+            """Return how much further than hanging it bends [rad]."""
+            return float(lying(robot, tension_N, friction).joint_angles.sum() - hanging)
+
+        equal = float(brentq(straighter, 0.0, 2.0, xtol=1e-4))
+        lines.append(
+            Line(
+                SECTION,
+                f"lying, {tension_N:g} N: the surface's friction at which hanging bends it as far",
+                "-",
+                equal,
+                None,
+                f"chest_tube_2025, Section IV-A; without friction lying bends it by "
+                f"{math.degrees(straighter(0.0)):.1f} deg more than hanging",
+                ours=equal,
+                kind=PREDICTED,
+                said="hanging takes less force",
+            )
+        )
+    pairs = zip(lines, SURFACE_TENSIONS_N, strict=True)
+    told = ", ".join(f"{line.ours:.2f} at {tension_N:g} N" for line, tension_N in pairs)
+    return Validation(
+        tuple(lines),
+        (
+            f"{SECTION}: the paper finds that hanging takes less force than the planar test. Without a "
+            "surface the models say the opposite, since the hanging robot's weight pulls it straight. A "
+            f"surface that rubs turns that round where its friction exceeds {told}. The paper prints no such "
+            "friction.",
+        ),
+    )
 
 
 # ----------------------------------------------------------------------------------------------------
@@ -552,6 +635,20 @@ def _buckling() -> tuple[list[Line], Array, Array, Array]:
         for name in ("printed", "complete")
     )
     lines = _figure_13(tensions, printed, "", "EI, mu and clearance are from these three", FITTED)
+    most, last = printed[:, 1:-3:2].min(), printed[:, -2].min()
+    lines.append(
+        Line(
+            SECTION,
+            "printed balance, last even joint: largest bend backward",
+            "deg",
+            float(last - most),
+            None,
+            f"chest_tube_2025, Section IV-B; of the others one bends back furthest, by {-most:.2f} deg",
+            ours=float(last),
+            kind=PREDICTED,
+            said="most of the even joints bend back as far, so one or more do not",
+        )
+    )
     for name, (reference, settings, why, kind) in _OTHER_SETS.items():
         other = load_robot(reference, settings)
         angles = _angles(STATIC_MODELS["printed"].solve(other, inputs, NO_GRAVITY).postures)

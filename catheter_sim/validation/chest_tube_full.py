@@ -225,7 +225,7 @@ def validate_section_sleeve(folder: Path) -> Validation:
     angle = 50.0 * 3e-3 * 15e-3
     limit = sum(15.0 * k * angle for k in range(1, 16))
     far = largest_distance(bent, straight)
-    what = "in a tube of EI 1 N m^2, 50 N: tip's way from straight; tolerance: linear estimate"
+    what = "in a tube of EI 1 N m^2, 50 N: tip's way from straight (tolerance by linear estimate)"
     lines.append(Line(SECTION, what, "mm", far, limit, "limit of a stiff tube", ours=far))
     return Validation(tuple(lines), (_tube_finding(plain, tubed),))
 

@@ -417,8 +417,8 @@ def validate_printed_shapes(folder: Path) -> Validation:
             "PCC, calibrated",
             pcc.error_percent,
             PCC_PERCENT,
-            "chest_tube_2025, Section IV-A and Fig. 11; another specimen gives another figure: "
-            "docs/truth/chest_tube_front.md",
+            "chest_tube_2025, Section IV-A and Fig. 11; another specimen gives another figure "
+            "(chest_tube_front.md)",
             ASSUMED,
         ),
     )
@@ -546,7 +546,7 @@ def validate_repeats(folder: Path) -> Validation:
 
 def arm_lines(tension_N: float = 10.323) -> list[Line]:
     """Return by how much the tip moves where a lever is at an end of its printed tolerance."""
-    source = "chest_tube_2025, Table I: A1 = 3 +- 0.5 mm, A2 = 1 +- 0.5 mm; complete balance"
+    source = "chest_tube_2025, Table I (A1 = 3 +- 0.5 mm, A2 = 1 +- 0.5 mm); complete balance"
     pulled = given(np.array([[tension_N]]))
     lines = []
     for key in ("larger_arm_mm", "smaller_arm_mm"):

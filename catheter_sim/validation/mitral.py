@@ -386,7 +386,7 @@ def with_play(robot: CatheterRobot, joint: str, play_m: float) -> CatheterRobot:
 NAME_MITRAL_JOINTS = "mitral_transseptal"
 _EQUATIONS = "Nayar 2022, Eqs 25-28 as printed"
 PLATEAUS = {"torsion_proximal": modified.TORSION_PROXIMAL, "torsion_distal": modified.TORSION_DISTAL}
-_OWN_LOOPS = "fitted to other loops of the same simulation: how well its form describes them, not judged"
+_OWN_LOOPS = "Fitted to other loops of the same simulation: how well its form describes them, not judged"
 DEAD_ZONES = 10
 
 
@@ -474,7 +474,7 @@ def _figure_8(robot: CatheterRobot, loops: dict[str, JointLoops]) -> list[Line]:
             models.torsion[joint],
         )
         what = f"with the tube, {joint}: RMSE of MK calibrated on other loops"
-        error, source = _rmse_deg(loops[joint], found, ~loops[joint].train), f"Eqs 26-28; {_OWN_LOOPS}"
+        error, source = _rmse_deg(loops[joint], found, ~loops[joint].train), f"Eqs 26-28. {_OWN_LOOPS}"
         lines.append(Line(NAME_MITRAL_JOINTS, what, "deg", error, None, source, kind=FITTED))
     return lines
 
@@ -507,8 +507,8 @@ def _halves(robot: CatheterRobot, loops: dict[str, JointLoops]) -> list[Line]:
             found = identify(way, angle, dead_zones=zones)(item.displacement_m)
             share = math.radians(_rmse_deg(item, found, ~item.train)) / float(np.ptp(item.angle_rad))
             name = "PI with dead zones" if zones else "PI"
-            what = f"{joint}: {name}, identified on half of the loops, on the others: RMSE over the range"
-            source = f"Nayar 2022, Eqs 29-34; {_OWN_LOOPS}"
+            what = f"{joint}: {name}, identified on half of the loops, RMSE over the range on the others"
+            source = f"Nayar 2022, Eqs 29-34. {_OWN_LOOPS}"
             lines.append(Line(NAME_MITRAL_JOINTS, what, "-", share, None, source, kind=FITTED))
     return lines
 
@@ -635,8 +635,8 @@ def repeat_line(joint: str, angle_deg: Array) -> Line:
     apart = float(np.ptp(angle_deg[1:], axis=0).max())
     what = f"with the tube, {joint}, ten cycles: second to tenth, largest spread at one displacement"
     source = (
-        "dry friction and dead-bands forget no cycle and add none; Nayar 2022, Section IV-A, ten cycles; "
-        "shown, not judged: no robot that is wrong by a fifth changes it"
+        "Nayar 2022, Section IV-A, ten cycles. Dry friction and dead-bands forget no cycle and add none. "
+        "Shown, not judged: no robot that is wrong by a fifth changes it"
     )
     return Line(NAME, what, "deg", apart, None, source, ours=apart)
 

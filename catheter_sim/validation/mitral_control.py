@@ -202,8 +202,8 @@ def compensation_lines(robot: CatheterRobot, free: HeldInFlow, rubbed: HeldInFlo
         start = f"with the tube, held at {HELD_DEG:g} deg, {case}: "
         left = found.compensated_m / found.tip_m
         what = (
-            f"{start}flow sensed from the tension and {SHARE:g} of the stretch pulled back: deflection that "
-            "is left"
+            f"{start}deflection left, with flow sensed from the tension and {SHARE:g} of the stretch pulled "
+            "back"
         )
         judged = case == "no friction"
         lines.append(
@@ -251,7 +251,7 @@ def material_lines(found: HeldInFlow) -> list[Line]:
             abs(ours - aim),
             None,
             f"{_SECTION}; a tendon that gives 1.814 mm/N at the tip would have "
-            f"{tendon_modulus_Pa(TUBE_TENDON_STIFFNESS_N_PER_M) * 1e-9:.0f} GPa: so read, no tendon can",
+            f"{tendon_modulus_Pa(TUBE_TENDON_STIFFNESS_N_PER_M) * 1e-9:.0f} GPa. So read, no tendon can",
             ours,
             None,
             aim,
@@ -450,7 +450,7 @@ def joint_lines(control: JointControl, joint: str) -> list[Line]:
         why = (
             f"{source}; slack is fitted to it"
             if fitted
-            else f"{source}; no trajectory is printed; {TRACKER_TEXT}"
+            else f"{source}. No trajectory is printed; {TRACKER_TEXT}"
         )
         kind = FITTED if fitted else OUT_OF_REACH
         lines.append(_line(what, "deg", _gap(value, theirs), None, why, value, theirs, kind))
@@ -458,12 +458,12 @@ def joint_lines(control: JointControl, joint: str) -> list[Line]:
         ratio = found[above] / found[below]
         theirs = printed[above] / printed[below] if printed else None
         what = f"{joint}: RMSE of {above} over {below}"
-        why = f"{source}; no trajectory is printed; {TRACKER_TEXT}"
+        why = f"{source}. No trajectory is printed; {TRACKER_TEXT}"
         lines.append(_line(what, "-", _gap(ratio, theirs), None, why, ratio, theirs, OUT_OF_REACH))
     order = [found[name] for name in FIGURE_6_DEG]
     wrong = sum(not after < before for before, after in itertools.pairwise(order))
     what = f"{joint}: PK > TE > PK+PID > TE+PID in RMSE, neighbours out of order"
-    why = f"{source}; shown, not judged: no model that is wrong by a fifth changes it"
+    why = f"{source}. Shown, not judged: no model that is wrong by a fifth changes it"
     said = "in this order"
     lines.append(Line(FOUR_DOF, what, "-", float(wrong), None, why, float(wrong), kind=PREDICTED, said=said))
     for model in ("TE", "PK"):
@@ -517,8 +517,8 @@ def validate_control_transseptal(folder: Path) -> Validation:
     source = "Nayar 2022, Section III; PD gains, supply and torque per V assumed"
     statics = "the tendon's tension through pulley, gear and proportional gain"
     error = abs(alone - expected)
-    unmoved = "shown, not judged: no robot that is wrong by a fifth changes it"
-    margins = f"2 is a gain margin of 2, a phase margin of 29 deg; {unmoved}"
+    unmoved = "Shown, not judged: no robot that is wrong by a fifth changes it"
+    margins = f"2 is a gain margin of 2, a phase margin of 29 deg. {unmoved}"
     others = "servo, motor's gain, inertia and damping off by 30 %: largest peak of the sensitivity"
     lines = (
         Line(TRANSSEPTAL, f"{held}: PD alone, pair", "mm", error, 0.01 * expected, statics, alone, expected),
@@ -529,7 +529,7 @@ def validate_control_transseptal(folder: Path) -> Validation:
             "mm",
             abs(observed),
             None,
-            f"{source}; {unmoved}",
+            f"{source}. {unmoved}",
             observed,
         ),
         Line(TRANSSEPTAL, others, "-", peak, None, margins, peak),
@@ -687,7 +687,7 @@ def measured_lines(runs: Mapping[str, WholeRun]) -> list[Line]:
         for k, joint in enumerate(DRIVEN):
             where = f"@measured, whole robot, advance {row}, {joint}"
             errors = found.alone.seen_rmse_deg()[k], found.controlled.seen_rmse_deg()[k]
-            source = f"Nayar 2023, Table I; no trajectory is printed; {TRACKER_TEXT}"
+            source = f"Nayar 2023, Table I. No trajectory is printed; {TRACKER_TEXT}"
             for way, ours, printed in zip(("TE", "TE+PID"), errors, TABLE_1_DEG[row][k], strict=True):
                 lines.append(
                     _whole_line(f"{where}, {way}: RMSE", "deg", float(ours), printed, OUT_OF_REACH, source)
@@ -721,7 +721,7 @@ def fitted_lines(found: WholeRun) -> list[Line]:
         lines.append(_whole_line(f"{where}, TE: RMSE", "deg", alone, printed[0], FITTED, source))
         why = f"Nayar 2023, Table I; {TRACKER_TEXT}"
         lines.append(_whole_line(f"{where}, TE+PID: RMSE", "deg", controlled, printed[1], OUT_OF_REACH, why))
-        why = "Nayar 2023, Table II; how the share is defined is not printed: one of three readings"
+        why = "Nayar 2023, Table II; how the share is defined is not printed, so it is one of three readings"
         for reading, shares in shares_by_reading(found.controlled).items():
             what = f"{where}: controller's share under TE, {reading}"
             printed_share = TABLE_2_SHARE[FITTED_ROW][k]

@@ -106,7 +106,7 @@ TABLES = {"straight": ("Table III", TABLE_3_MM), "tortuous": ("Table IV", TABLE_
 AMPLITUDES = (0.1, 100.0)  # between which the one number is sought
 RIMS_MEET_RAD = np.radians(263.9)  # Nayar 2022, Section II-A: 264 deg at most
 FITTED_TO = (0.0, "PK", 3)  # advance [mm], model, column of the row that it is fitted to
-_SPECIMEN = "the specimen's own curvature, couplings and tracker are not printed"
+_SPECIMEN = "The specimen's own curvature, couplings and tracker are not printed"
 
 
 def tortuous(robot: CatheterRobot) -> CatheterRobot:
@@ -333,7 +333,7 @@ def _set_lines(name: str, path: str, item: SetTables) -> list[Line]:
         where = f"{name}, {path} path, advance {row.advance_mm:g} mm: tip by {row.model}, RMSE"
         ours = float(row.chosen_mm[3])
         theirs = None if row.printed_mm is None else row.printed_mm[3]
-        why = f"Nayar 2022, {table}; trajectory chosen here; {_SPECIMEN}"
+        why = f"Nayar 2022, {table}. The trajectory is chosen here. {_SPECIMEN}"
         gap = ours if theirs is None else abs(ours - theirs)
         lines.append(Line(NAME, where, "mm", gap, None, why, ours, None, theirs, OUT_OF_REACH))
         if theirs is not None and row.kind != OUT_OF_REACH:
@@ -377,7 +377,7 @@ def _larger_input_line(along: Mapping[str, TipModels]) -> Line:
     ours = [displacement_at_mm(bench.robot, PROCEDURE_DEG) for bench in along.values()]
     ratio = ours[1] / ours[0]
     what = f"displacement to bend by {PROCEDURE_DEG:g} deg, along the tortuous over along the straight path"
-    why = f"Nayar 2022, Section IV-E; {ours[0]:.2f} and {ours[1]:.2f} mm; friction of the path assumed"
+    why = f"Nayar 2022, Section IV-E; {ours[0]:.2f} and {ours[1]:.2f} mm, with the path's friction assumed"
     return Line(NAME, what, "-", max(1.0 - ratio, 0.0), None, why, ratio, kind=PREDICTED, said="larger")
 
 
@@ -387,22 +387,22 @@ def _ratios(where: str, error: Mapping[str, float], printed: Mapping[str, Row], 
     Table IV gives no figures of MK and hybrid, but says that PI does better.
     """
     lines = []
-    source = f"Nayar 2022, {table}; trajectory chosen here"
+    source = f"Nayar 2022, {table}. The trajectory is chosen here"
     for a, b in (("MK", "PK"), ("PI", "PK"), ("hybrid", "PK"), ("PI", "MK")):
         ours, what = error[a] / error[b], f"{where}: RMSE of {a} over {b}"
         if a in printed and b in printed:
             theirs = printed[a][3] / printed[b][3]
-            gap, why = abs(ours - theirs), f"{source}; {_SPECIMEN}"
+            gap, why = abs(ours - theirs), f"{source}. {_SPECIMEN}"
             lines.append(Line(NAME, what, "-", gap, None, why, ours, None, theirs, OUT_OF_REACH))
         elif (a, b) == ("PI", "MK"):
-            why = f"{source}; both calibrated along the same path: the other way round"
+            why = f"{source}. Both are calibrated along the same path: the other way round"
             gap = max(ours - 1.0, 0.0)
             lines.append(Line(NAME, what, "-", gap, None, why, ours, kind=MISSED, said="below 1"))
     if straight("MK") in error:
         for a, b in (("PI", "MK"), ("PI", "hybrid")):
             ours = error[straight(a)] / error[straight(b)]
             what = f"{where}: RMSE of {a} over {b}, both calibrated along the straight path"
-            why = f"{source}; which loops the models were calibrated on is not printed"
+            why = f"{source}. Which loops the models were calibrated on is not printed"
             gap = max(ours - 1.0, 0.0)
             lines.append(Line(NAME, what, "-", gap, None, why, ours, kind=ASSUMED, said="below 1"))
     return lines

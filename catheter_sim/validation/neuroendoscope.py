@@ -210,7 +210,7 @@ def _loop_lines(loop: Loop) -> list[Line]:
         ),
         Line(
             SECTION,
-            f"{loop.name}: loop area of tip x over tension (tolerance: 3 % of it)",
+            f"{loop.name}: loop area of tip x over tension (tolerance 3 % of it)",
             "N mm",
             abs(area - expected),
             0.03 * expected,
@@ -346,9 +346,9 @@ def _opening_lines() -> list[Line]:
     robot = replace(neuroendoscope_section(), friction=Friction(mu))
     lines = []
     for loop, start_N, kind, why in (
-        (SINGLE_LOOP, FULL_REVERSAL_N, FITTED, "mu is from it"),
-        (ANTAGONISTIC_LOOP, FULL_REVERSAL_N, ASSUMED, "the start of extending is not printed"),
-        (ANTAGONISTIC_LOOP, MOST_PRINTED_N, ASSUMED, "from the largest tension that the paper names"),
+        (SINGLE_LOOP, FULL_REVERSAL_N, FITTED, "Mu is taken from it"),
+        (ANTAGONISTIC_LOOP, FULL_REVERSAL_N, ASSUMED, "The start of extending is not printed"),
+        (ANTAGONISTIC_LOOP, MOST_PRINTED_N, ASSUMED, "Extending starts from the largest tension named"),
     ):
         right, left = loop.arching[-1]
         rows = np.array([*loop.arching, (start_N, left), (right, left)])
@@ -362,7 +362,7 @@ def _opening_lines() -> list[Line]:
                 "mm",
                 abs(ours - published),
                 None,
-                f"{loop.source}; {why}",
+                f"{loop.source}. {why}",
                 ours=ours,
                 published=published,
                 kind=kind,
@@ -383,7 +383,10 @@ def _stage_lines(stages: tuple[BodyStage, ...]) -> list[Line]:
         outside = (
             max(largest - high, 0.0) if stage is not stages[-1] else max(largest - high, low - largest, 0.0)
         )
-        what = f"{stage.name}, tip pulled to 44 mm and back: largest force discrepancy, error: outside"
+        what = (
+            f"{stage.name}, tip pulled to 44 mm and back: largest force discrepancy (error is what lies "
+            "outside the range)"
+        )
         source = f"{_KATO}, Fig. 5: {low:g} to {high:g} mN measured"
         lines.append(
             Line(SECTION, what, "mN", outside, None, source, ours=largest, published=high, kind=kind)
@@ -658,7 +661,7 @@ def validate_printed_full(folder: Path) -> Validation:
         ("constant curvature", even, "pcca"),
     ):
         far = np.linalg.norm(tips - ours, axis=1)
-        what = f"five C and S shapes: {name} from the simulation: tip, largest"
+        what = f"five C and S shapes, {name} from the simulation: tip, largest"
         lines.append(
             Line(
                 robot.name, what, "mm", float(far.max()), None, source, ours=float(far.max()), published=None
@@ -684,12 +687,12 @@ def _lines(item: Distances) -> list[Line]:
     opening, printed = float(item.opening_mm[at]), loop.opening_m * 1e3
     lines = []
     if not wrong:  # those of the other set have lines of their own
-        source = f"{loop.source}; the start is from it"
+        source = f"{loop.source}. The start is taken from it"
         lines.append(_opening_line(f"{what}: loop opening", opening, printed, source, FITTED))
     if (case.name, case.layout) == ("@arching", "antagonistic"):
         named = float(distances(replace(case, start_N=MOST_PRINTED_N)).opening_mm[at])
         what_else = f"{case.layout}, {case.name}, extending from {MOST_PRINTED_N:g} N: loop opening"
-        source = f"{loop.source}; the start is the largest tension that the paper names"
+        source = f"{loop.source}. The start is the largest tension that the paper names"
         lines.append(_opening_line(what_else, named, printed, source, ASSUMED))
     ratio = float(item.extending_mm[-1] / item.arching_mm[-1])
     lines.append(
@@ -754,7 +757,7 @@ def _range_line(case: LoadCase) -> Line:
         "N",
         abs(found - beyond),
         None,
-        f"Kato 2016, Results: measured tip {far} mm from PCCA, by other errors too; ours: fkm_exact_arm",
+        f"Kato 2016, Results: measured tip {far} mm from PCCA, by other errors too. Ours is by fkm_exact_arm",
         ours=found,
         published=beyond,
         kind=OUT_OF_REACH,

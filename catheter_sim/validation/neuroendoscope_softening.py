@@ -204,7 +204,7 @@ def validate_softening(folder: Path) -> Validation:
     """Fit the eleven distances with and without a softening backbone; nothing is written."""
     fits = {"linear": fit_distances(LINEAR), "softening": fit_distances(SOFTENING)}
     left = {name: left_out_rms_mm(tuple(found.values), found) for name, found in fits.items()}
-    source = "Kato 2016, Results and Discussion: eleven distances; extending from 0.65 N, assumed"
+    source = "Kato 2016, Results and Discussion, eleven distances; extending from 0.65 N, assumed"
     lines = []
     for name, found in fits.items():
         start = f"eleven printed distances, {name} backbone, {len(found.values)} free numbers"

@@ -21,7 +21,7 @@ FOLDER = Path(__file__).parent / "items"
 STATUSES = {
     "F": "works; tied to a printed number or a closed form",
     "I": "works; checked against a second model or independent code, no printed number",
-    "P": "partial: weak, circular, or far from print; the reason stands beside it",
+    "P": "partial, for the reason beside it: weak, circular, or far from print",
     "M": "missing",
     "X": "not possible without the authors' measurements",
 }
@@ -54,12 +54,13 @@ def checked(line: Mapping[str, Any]) -> Checked:
     """Return a line, by the names of `Line`, as a row of the table."""
     compared = line["published"] if line["published"] is not None else line["analytic"]
     error = float("nan") if line["error"] is None else line["error"]
+    unit = "" if line["unit"] == "-" else f" {line['unit']}"
     return Checked(
         check=f"{line['robot']}: {line['quantity']}",
         ours="-" if line["ours"] is None else f"{line['ours']:.3g}",
         published=line["said"] or ("-" if compared is None else f"{compared:.3g}"),
-        error=f"{error:.1g} {line['unit']}",
-        tolerance="-" if line["tolerance"] is None else f"{line['tolerance']:.3g} {line['unit']}",
+        error=f"{error:.1g}{unit}",
+        tolerance="-" if line["tolerance"] is None else f"{line['tolerance']:.3g}{unit}",
         kind=line["kind"],
         source=line["source"],
     )

@@ -11,7 +11,7 @@ from catheter_sim.errors import InputError, unknown
 from catheter_sim.page.render import png_source, rendered
 from catheter_sim.progress import EVERY_S, Stages
 from catheter_sim.tables import replaced_when_whole
-from catheter_sim.validation.chest_tube import validate_design, validate_terms
+from catheter_sim.validation.chest_tube import validate_design, validate_surface, validate_terms
 from catheter_sim.validation.chest_tube import validate_section as validate_chest_tube
 from catheter_sim.validation.chest_tube_full import validate_full as validate_full_chest_tube
 from catheter_sim.validation.chest_tube_full import (
@@ -217,6 +217,7 @@ CHECKS: Mapping[str, tuple[Check, ...]] = {
     "chest_tube_section": (
         validate_chest_tube,
         validate_terms,
+        validate_surface,
         validate_loads,
         validate_section_sleeve,
         validate_section_requirements,

@@ -415,7 +415,7 @@ def _energy_lines() -> list[Line]:
             "%",
             growth,
             None,
-            "dissipation; shown, not judged: no rod that is wrong by a fifth changes it",
+            "dissipation. Shown, not judged: no rod that is wrong by a fifth changes it",
             ours=growth,
         ),
     ]

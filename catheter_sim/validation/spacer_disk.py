@@ -436,7 +436,7 @@ def _printed(by_disks: ByDisks, by_stiffness: ByStiffness) -> Iterable[Line]:
         yield line(text.format(model, kind), unit, ours, printed, None, where, MISSED)
         yield line(text.format(model, kind) + gone, unit, left[place], printed, None, "8.1; a guess", ASSUMED)
     ours = by_disks["VC", 10].position_percent
-    where = "8.1; missed by more than the last digit; the authors' code scatters from 0.136 to 0.273"
+    where = "8.1; missed by more than the last digit, and the authors' code scatters from 0.136 to 0.273"
     yield line("scenario 1, 10 disks, VC: mean tip position error", "%", ours, 0.16, None, where, MISSED)
     apart = max(
         abs(by_disks["CC", n].position_percent - found.position_percent)
@@ -459,7 +459,7 @@ def _printed(by_disks: ByDisks, by_stiffness: ByStiffness) -> Iterable[Line]:
         found for (model, where, _), found in by_stiffness.items() if (model, where) == ("PRB", "in plane")
     ]
     least = min(found.position_percent for found in links)
-    where = "8.2; missed: at which stiffnesses the least was taken is not printed"
+    where = "8.2. Missed: at which stiffnesses the least was taken is not printed"
     yield line("scenario 2, in plane, PRB: least mean position error", "%", least, 0.04, None, where, MISSED)
     least = min(found.orientation_deg for found in links)
     yield line("scenario 2, in plane, PRB: least mean orientation error", "deg", least, 0.01, 0.005, "8.2")
@@ -479,7 +479,7 @@ def _subsegment_lines(by_stiffness: ByStiffness) -> Iterable[Line]:
                 NAME, f"{what} orientation error", "deg", turned, None, f"{where}: not of this one", turned
             )
             continue
-        why = f"{where}; missed: 1.5 is printed to 0.1"
+        why = f"{where}. Missed: 1.5 is printed to 0.1"
         yield Line(NAME, f"{what} position error", "%", abs(far - 1.5), None, why, far, None, 1.5, MISSED)
         gap = abs(turned - 1.87)
         yield Line(NAME, f"{what} orientation error", "deg", gap, 0.04, where, turned, None, 1.87, PREDICTED)

@@ -392,7 +392,7 @@ def one_disk_lines() -> list[Line]:
             "eyelets at twice r_d, T_M with it": _otherwise(model, 1, 0.5, 2.0),
         }
         for how, ours in tried.items():
-            what = f"scenario 1, 1 disks, {model}: mean tip position error, tried: {how}"
+            what = f"scenario 1, 1 disks, {model}: mean tip position error, tried with {how}"
             gap = abs(float(ours) - printed)
             lines.append(
                 Line(NAME, what, "%", gap, None, "Rao 2021, Section 8.1", float(ours), None, printed, ASSUMED)
@@ -407,7 +407,7 @@ def _ten_disk_lines() -> list[Line]:
         ("tensions of 0.58 T_M", _otherwise("VC", 10, 0.58)),
         ("eyelets at twice r_d, T_M with it", _otherwise("VC", 10, 0.5, 2.0)),
     ):
-        what = f"scenario 1, 10 disks, VC: mean tip position error, tried: {how}"
+        what = f"scenario 1, 10 disks, VC: mean tip position error, tried with {how}"
         why = "Rao 2021, Section 8.1; a reading that comes near at one disk and not here"
         lines.append(Line(NAME, what, "%", abs(ours - 0.16), None, why, ours, None, 0.16, ASSUMED))
     return lines
@@ -438,7 +438,7 @@ def lumen_lines() -> list[Line]:
             source = "Rao 2021, Section 9.2, without a figure"
             kind, said = VERIFIED, ""
             if disks == 3:
-                source = "Rao 2021, Section 9.2; how near is not printed: Fig. 10 has 1.7 to 2.1 % at n = 3"
+                source = "Rao 2021, Section 9.2. How near is not printed: Fig. 10 has 1.7 to 2.1 % at n = 3"
                 kind, said = ASSUMED, "accurate from n = 3"
             lines.append(Line(NAME, what, "%", ours, None, source, ours, kind=kind, said=said))
     return lines

@@ -12,15 +12,7 @@ from tests.scripts_as_modules import script_module
 words = script_module("words")
 ROOT = Path(__file__).resolve().parents[2]
 # Pages that are not within the rules yet: a list that only shrinks. A new page is held to them.
-_NOT_YET = {
-    "docs/reference": [
-        "thresholds",
-    ],
-    "docs/truth": [
-        *("independent_bench", "papers_item_by_item", "perturbed_lines"),
-        *("validation", "chest_tube_front", "tip_tables"),
-    ],
-}
+_NOT_YET: dict[str, list[str]] = {}
 NOT_YET = [ROOT / folder / f"{name}.md" for folder, names in _NOT_YET.items() for name in names]
 
 

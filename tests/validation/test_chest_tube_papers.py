@@ -9,8 +9,9 @@ import pytest
 
 from catheter_sim.catalogue import load_robot
 from catheter_sim.core.document import leaves, to_document
-from catheter_sim.robots.rolling.complete import complete
-from catheter_sim.validation import chest_tube_measured
+from catheter_sim.robots.rolling.complete import complete, virtual_work
+from catheter_sim.theory.static_models import STATIC_MODELS
+from catheter_sim.validation import chest_tube, chest_tube_measured
 from catheter_sim.validation.chest_tube import (
     ALTERNATING,
     ONE_SIDED,
@@ -44,6 +45,41 @@ def test_the_fitted_set_has_the_printed_shapes_and_the_published_one_not() -> No
     }
     assert errors[FITTED_SET] == pytest.approx(1.90, abs=0.02)
     assert errors[STAND_IN] == pytest.approx(19.8, abs=0.1)
+
+
+def test_a_surface_that_rubs_takes_force(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Without friction it is as weightless; with some it bends less, by virtual work as by the balance."""
+    robot = load_robot(SECTION)
+    weightless = complete(robot, given(np.array([[0.0], [5.6]])), NO_GRAVITY).postures[-1]
+    free = chest_tube.lying(robot, 5.6, 0.0)
+    assert np.allclose(free.joint_angles, weightless.joint_angles, atol=1e-6)
+    bends = [np.degrees(chest_tube.lying(robot, 5.6, mu).joint_angles.sum()) for mu in (0.0, 0.2, 0.4)]
+    assert np.all(np.diff(bends) < -1.5)
+    monkeypatch.setattr(chest_tube, "complete", virtual_work)
+    by_work = np.degrees(chest_tube.lying(robot, 5.6, 0.4).joint_angles.sum())
+    assert by_work == pytest.approx(bends[-1], abs=1e-3)
+
+
+def test_where_lying_takes_as_much_force_as_hanging(tmp_path: Path) -> None:
+    """Each friction that is found bends the lying robot as far as its weight leaves the hanging one."""
+    lines = chest_tube.validate_surface(tmp_path).lines
+    robot = load_robot(SECTION)
+    for line, tension_N in zip(lines, chest_tube.SURFACE_TENSIONS_N, strict=True):
+        inputs = given(np.array([[0.0], [tension_N]]))
+        hanging = complete(robot, inputs, np.array([0.0, 0.0, 9.81])).postures[-1].joint_angles.sum()
+        assert line.ours is not None
+        lying = chest_tube.lying(robot, tension_N, line.ours).joint_angles.sum()
+        assert lying == pytest.approx(hanging, abs=1e-3)
+        assert hanging < complete(robot, inputs, NO_GRAVITY).postures[-1].joint_angles.sum()
+
+
+def test_the_last_even_joint_bends_back_least() -> None:
+    """By the printed balance; each of the others by 1.26 to 1.36 deg."""
+    inputs = given(np.arange(0.0, 15.01, 0.25)[:, np.newaxis])
+    found = STATIC_MODELS["printed"].solve(load_robot(SECTION), inputs, NO_GRAVITY).postures
+    back = -np.degrees([item.joint_angles for item in found]).min(axis=0)[1::2]
+    assert np.all((back[:-1] > 1.25) & (back[:-1] < 1.37))
+    assert back[-1] == pytest.approx(0.91, abs=0.01)
 
 
 @pytest.mark.slow

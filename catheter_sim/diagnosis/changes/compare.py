@@ -59,14 +59,15 @@ from catheter_sim.errors import InputError
 from catheter_sim.tables import read_table
 
 MOST_CHANGES = 4
-"""[causes] That may have changed, at most. Why: assumed; nobody changes more at once."""
+"""[causes] At most this many may have changed. Why: assumed. Nobody changes more at once."""
 LIKELY = 0.75
-"""[probability] Of each change that a further way of telling names, at least. Why: assumed, three to one;
-each way is one more chance to name what is not there."""
+"""[probability] Another explanation of the two recordings counts only if each change that it names has at
+least this probability. Why: assumed, three to one. Each further explanation is one more chance to name what
+is not there."""
 ONE_ROBOT_TIMES = 1.25
-"""[times the error] That one robot, or a simpler telling, leaves of both recordings, at most, if it is as
-good. Why: learned on tuning draws: 1.6 to 18 of 17 told changes that were there, 0.96 of the one
-that was not."""
+"""[times the error] One robot for both recordings, or a simpler explanation, is as good if it leaves at most
+this. Why: learned on tuning draws. It left 1.6 to 18 times the error in 17 named changes that were there, and
+0.96 in the one that was not."""
 
 # ----------------------------------------------------------------------------------------------------
 # An earlier recording: a data set, or the folder of its finished report.

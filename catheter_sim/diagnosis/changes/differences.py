@@ -49,35 +49,36 @@ from catheter_sim.tables import Table
 from catheter_sim.theory.twins import Prediction
 
 PAIR_SHARE = 0.005
-"""[share of an input's range] By which the inputs of paired rows may differ. Why: assumed; a servo's
-command comes back within a few thousandths; half a percent of the reach moves a tip by about its noise."""
+"""[share of an input's range] The inputs of two paired rows may differ by at most this. Why: assumed. A
+servo's command comes back within a few thousandths, and half a percent of the reach moves a tip by about its
+noise."""
 SAME_WAY_SHARE = 0.15
-"""[share of an input's range] By which the inputs of one programme may differ at any row when a moving robot
-plays it twice. Why: a real trunk's motors, measured while they carried other weights, came within 0.14; the
-model is told of the difference, and errs by little more over it."""
+"""[share of an input's range] When a moving robot plays one programme twice, its inputs may differ by at most
+this at any row. Why: a real trunk's motors were measured with other weights and came within 0.14. The model
+knows this difference, and errs by little more because of it."""
 STRETCH_SHARE = 0.1
-"""[share of an input's range] From row to row, up to which errors are taken to be linear between two rows.
-Why: assumed; a side of a loop in ten steps is nearly straight in each, a longer step may hide a turn."""
+"""[share of an input's range] Errors are taken to be linear between two rows that lie at most this far apart.
+Why: assumed. A side of a loop in ten steps is nearly straight in each step. A longer step may hide a turn."""
 MODEL_SHARE = 0.35
-"""[share of the error before] So much of a change may be left, beside the noise, by a model that does not
-explain the earlier recording either. Why: such a model is wrong about how much a change does, too: on a real
-trunk with known weights by 0.21 and 0.28; more causes would only mend the model."""
+"""[share of the error before] A model that does not explain the earlier recording either may leave this much
+of a change, beside the noise. Why: such a model is also wrong about how much a change does. On a real trunk
+with known weights it was wrong by 0.21 and 0.28. More causes would only mend the model."""
 MOST_MODEL_SHARE = 0.8
-"""[share of the change] The same of a robot in motion, where nothing that follows from the commands tells the
-rest, at most. Why: learned from a real trunk, whose swings differ by as much as 100 g move it (0.79 left);
-a third of the squares must be told. Wrong names that it lets through have not been counted."""
+"""[share of the change] The same, at most, for a robot in motion, where the commands do not explain the rest.
+Why: learned from a real trunk, whose swings differ by as much as 100 g move it (0.79 left). A third of the
+squares must be explained. Wrong names that this lets through have not been counted."""
 BASELINE_BUDGET = 0.4
-"""[share of the budget] For explaining the earlier recording. Why: assumed; the later one's search is the
-longer one where the earlier robot fits."""
+"""[share of the budget] This much of the time goes to explaining the earlier recording. Why: assumed. The
+later recording takes the longer search where the earlier robot fits."""
 COURSE_SURER = 3.84
-"""[chi squared] By which one course of a number over recordings must miss by less than another to be told.
-Why: beyond it lie 5 % of the squares of one normal deviate."""
+"""[chi squared] One course of a number over the recordings is named only if it misses by this much less than
+another. Why: 5 % of the squares of one normal deviate lie beyond it."""
 COURSE_MISSED = 0.01
-"""[probability] Of as large a miss of the best course, below which the number went in another way. Why: one
-in a hundred right courses is called irregular."""
+"""[probability] If a miss as large as that of the best course is less probable than this, the number went in
+another way. Why: one in a hundred right courses is called irregular."""
 COMMON_SHARE = 0.5
-"""[share of a variance] Of a change since the first recording that is that recording's own, common to all.
-Why: assumed; it scatters as the others do."""
+"""[share of a variance] This much of the variance of a change since the first recording is that recording's
+own, and common to all changes. Why: assumed. It scatters as the others do."""
 
 # ----------------------------------------------------------------------------------------------------
 # Which rows of two recordings pair: the same command, come to on the same way.

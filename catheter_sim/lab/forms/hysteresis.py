@@ -213,7 +213,7 @@ FORMS = (
     LabForm(
         cause="backlash",
         name="uneven",
-        law="the play operator, of another width in every channel",
+        law="the play operator, with another width in each channel",
         applies=lambda specimen: len(specimen.reach) > 1 and not specimen.jointed,
         draw=_shares,
         every=lambda specimen, scale: [{"shares": [1.0] * len(specimen.reach)}],

@@ -201,7 +201,7 @@ FORMS = (
     LabForm(
         cause="actuation_gain",
         name="saturating",
-        law="u' = u up to a knee, less of what exceeds it: an amplifier near its end",
+        law="u' = u up to a knee, less of what exceeds it: an amplifier near its limit",
         purpose="tune",
         draw=lambda specimen, scale, generator: {"knee": generator.uniform(0.3, 0.6)},
         start=10.0,

@@ -154,7 +154,7 @@ FORMS = (
     replace(
         _OUTSIDE,
         cause="random_slip",
-        law="u' = u (1 - s x), x uniform in -+1 and another after each of many random slips",
+        law="u' = u (1 - s x), x uniform in -+1, drawn again after each of many random slips",
         draw=_seed,
         most=90.0,
         command=_slipped,

@@ -235,7 +235,7 @@ FORMS = (
     LabForm(
         cause="twist",
         name="more_and_more",
-        law="the cells are turned about the axis the more, the nearer they are to the tip",
+        law="the cells are turned about the axis, more and more toward the tip",
         purpose="tune",
         applies=_in_space,
         start=5.0,

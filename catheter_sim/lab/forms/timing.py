@@ -226,7 +226,7 @@ FORMS = (
     LabForm(
         cause="drift",
         name="temperature",
-        law="u' = u + o sin(2 pi t / P + phase), phase by trial: a zero that follows the room",
+        law="u' = u + o sin(2 pi t / P + phase), phase by trial: a zero that follows the room's temperature",
         purpose="tune",
         draw=_weather,
         start=3.0,
@@ -236,7 +236,7 @@ FORMS = (
     LabForm(
         cause="drift",
         name="response",
-        law="every element bends on, by one Kelvin-Voigt element",
+        law="every element goes on bending, by one Kelvin-Voigt element",
         purpose="tune",
         applies=of_cells,
         draw=_creep_time,
@@ -247,7 +247,7 @@ FORMS = (
     LabForm(
         cause="drift",
         name="log_creep",
-        law="every element bends on, by about log(1 + t / t0): four Kelvin-Voigt elements",
+        law="every element goes on bending, by about log(1 + t / t0): four Kelvin-Voigt elements",
         purpose="judge",
         applies=of_cells,
         draw=lambda specimen, scale, generator: {"shortest_s": float(generator.uniform(1.0, 4.0))},

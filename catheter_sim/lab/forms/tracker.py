@@ -146,7 +146,7 @@ FORMS = (
     LabForm(
         cause="measurement_frame",
         name="sheared",
-        law="p' = p + a (p m) n, m and n at right angles: a tracker whose axes are not",
+        law="p' = p + a (p m) n, m at right angles to n: a tracker whose axes are not at right angles",
         draw=_slant,
         every=_each_slant,
         start=10.0,
@@ -190,7 +190,7 @@ FORMS = (
     LabForm(
         cause="measurement_frame",
         name="each_trial",
-        law="p' = p + t_trial, uniform in -+t: put up anew before each trial",
+        law="p' = p + t_trial, uniform in -+t: set up again before each trial",
         purpose="judge",
         draw=lambda specimen, scale, generator: {"seed": int(generator.integers(2**31))},
         start=12.0,
