@@ -21,9 +21,8 @@ from catheter_sim.effects.shared import (
     in_si,
     places,
     scale_of,
-    series_by_steps,
 )
-from catheter_sim.mechanics.hysteresis import closing_play_step, play, play_step
+from catheter_sim.mechanics.hysteresis import closing_play, closing_play_step, play, play_step
 
 _THROUGH = "soft_through"
 _SERVO_TIME, _SERVO_TIME_S = "servo_time_s", 20.0  # unless it is given
@@ -158,7 +157,10 @@ class _Servo:
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        return series_by_steps(self, robot, values, rest, time_s, rows)
+        width = _widths_of(robot, _servo_names, values)
+        if not width.any():
+            return rows
+        return closing_play(time_s, rows, width, values.get(_SERVO_TIME, _SERVO_TIME_S), rest)
 
 
 def _hole_names(robot: RobotSpec) -> tuple[str, str]:

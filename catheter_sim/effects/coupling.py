@@ -130,39 +130,44 @@ def _routing_groups(robot: RobotSpec) -> tuple[tuple[str, ...], ...]:
 
 
 def _aside(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
-    movers, moved = _movers(robot), channel_inputs(robot, inputs)
-    forth, back = _shares_aside(movers)
-    part = {name: max(value, 0.0) for name, value in values.items()}
-    inputs = _moved_besides(robot, inputs, part, _ASIDE, moved, forth)
-    part = {name: max(-value, 0.0) for name, value in values.items()}
-    return _moved_besides(robot, inputs, part, _ASIDE, moved, back)
+    coefficient = _coefficients(robot, values, _ASIDE)
+    if not coefficient.any():
+        return inputs
+    moved, (forth, back) = channel_inputs(robot, inputs), _shares_aside(_movers(robot))
+    inputs = _moved_besides(robot, inputs, np.maximum(coefficient, 0.0), moved, forth)
+    return _moved_besides(robot, inputs, np.maximum(-coefficient, 0.0), moved, back)
 
 
 def _coupled(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
-    return _moved_besides(
-        robot, inputs, values, _NAME, channel_inputs(robot, inputs), _shares(_movers(robot))
-    )
+    coefficient = _coefficients(robot, values, _NAME)
+    if not coefficient.any():
+        return inputs
+    return _moved_besides(robot, inputs, coefficient, channel_inputs(robot, inputs), _shares(_movers(robot)))
 
 
 def _growing(robot: RobotSpec, inputs: Inputs, values: Values) -> Inputs:
+    coefficient = _coefficients(robot, values, _growth_name(robot))
+    if not coefficient.any():
+        return inputs
     moved = channel_inputs(robot, inputs)
     grown = moved * np.abs(moved) / TO_SI[scale_of(robot)]
-    return _moved_besides(robot, inputs, values, _growth_name(robot), grown, _shares(_movers(robot)))
+    return _moved_besides(robot, inputs, coefficient, grown, _shares(_movers(robot)))
+
+
+def _coefficients(robot: RobotSpec, values: Values, name: str) -> Array:
+    """Return the values by their name, of each channel (column) onto each other one (row), shape (c, c)."""
+    movers = _movers(robot)
+    parts = list(dict.fromkeys(item.part for item in movers))
+    found = np.array([[values.get(name.format(first, second), 0.0) for first in parts] for second in parts])
+    which = [parts.index(item.part) for item in movers]
+    return np.asarray(found.reshape(len(parts), len(parts))[np.ix_(which, which)])
 
 
 def _moved_besides(
-    robot: RobotSpec, inputs: Inputs, values: Values, name: str, moved: Array, shares: Array
+    robot: RobotSpec, inputs: Inputs, coefficient: Array, moved: Array, shares: Array
 ) -> Inputs:
-    """Return inputs with shares (c, c), by name, of what each channel moves (r, c) added to the others."""
-    if not any(values.values()):
-        return inputs
-    movers = _movers(robot)
-    parts = list(dict.fromkeys(item.part for item in movers))
-    coefficient = np.array(
-        [[values.get(name.format(first, second), 0.0) for first in parts] for second in parts]
-    )
-    which = [parts.index(item.part) for item in movers]
-    extra = moved @ (coefficient[np.ix_(which, which)] * shares).T
+    """Return inputs with shares (c, c) of what each channel moves (r, c) added to the others."""
+    extra = moved @ (coefficient * shares).T
     return replace(inputs, tendon=inputs.tendon + tendon_inputs(robot, inputs.actuation, extra))
 
 

@@ -28,9 +28,8 @@ from catheter_sim.effects.shared import (
     in_si,
     places,
     scale_of,
-    series_by_steps,
 )
-from catheter_sim.mechanics.hysteresis import limited_step
+from catheter_sim.mechanics.hysteresis import limited, limited_step
 
 _VISCOUS = "damping_time_s"
 _MOST_DAMPING_S = 0.3  # by which most robots swing no more
@@ -120,7 +119,8 @@ class _TopSpeed:
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        return series_by_steps(self, robot, values, rest, time_s, rows)
+        most = self._most(robot, values)
+        return limited(time_s, rows, most, rest) if np.isfinite(most).any() else rows
 
     def _most(self, robot: RobotSpec, values: Values) -> Array:
         """Return the most that each tendon's drive moves in a second, shape (t,), SI; inf: no limit."""

@@ -11,7 +11,7 @@ import numpy as np
 from catheter_sim.arrays import Array
 from catheter_sim.channels import channel_gains, channel_of
 from catheter_sim.core.document import number, si_of, with_values
-from catheter_sim.core.effect import Handle, Memory, Parameter, Role, Sizes, Values
+from catheter_sim.core.effect import Handle, Parameter, Role, Sizes, Values
 from catheter_sim.core.inputs import Inputs, Quantity, quantity_of
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.mechanics.hysteresis import Past, lagged, late_step
@@ -177,24 +177,6 @@ def shift_parameters(
 def shifted(robot: RobotSpec, inputs: Inputs, stem: str, values: Values) -> Inputs:
     """Return inputs with their shifts, the common one and each channel's own, added."""
     return replace(inputs, tendon=inputs.tendon + in_si(robot, shift_names(robot, stem), values))
-
-
-# ----------------------------------------------------------------------------------------------------
-# The series of a memory that has no shorter way than its steps.
-
-
-def series_by_steps(
-    memory: Memory, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array
-) -> Array:
-    """Return what comes out at each row, same shape as `rows` (r, ...), from rest, step by step."""
-    state, before = memory.start(robot, values, rest), rest
-    if state is None:
-        return rows
-    found = np.empty(rows.shape)
-    for row, dt_s in enumerate(np.diff(time_s, prepend=time_s[:1]).tolist()):
-        state, found[row] = memory.step(state, before, rows[row], dt_s)
-        before = rows[row]
-    return found
 
 
 # ----------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from catheter_sim.core.effect import Effect, Form, Parameter, Role, Stage, Value
 from catheter_sim.core.inputs import Quantity, quantity_of
 from catheter_sim.core.robot import R, RobotSpec
 from catheter_sim.effects.shared import added_at, places
+from catheter_sim.mechanics.hysteresis import rubbed
 
 _MU, _PATH, _LOSS = "mu", "path_deg", "path_loss"
 _MOST_PATH_DEG = 1440.0  # four turns
@@ -70,10 +71,7 @@ class _Path:
 
     def series(self, robot: RobotSpec, values: Values, rest: Array, time_s: Array, rows: Array) -> Array:
         """Return what arrives at each row, same shape as `rows` (r, t), from rest."""
-        state, result = _Held(values.get(_LOSS, 0.0), rest), np.empty(rows.shape)
-        for row, after in enumerate(rows):
-            state, result[row] = self.step(state, rest, after, 0.0)
-        return result
+        return rubbed(rows, values.get(_LOSS, 0.0), rest)
 
 
 EFFECT = Effect(

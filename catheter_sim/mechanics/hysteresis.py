@@ -54,44 +54,116 @@ def play_step(before: Array, value: Array, width: float | Array) -> Array:
     return np.minimum(np.maximum(before, value - half), value + half)
 
 
+@compiled
+def _closing(now, before, after, width, time_s, dt_s):
+    """Return where a closing play is, see `closing_play_step`."""
+    half = 0.5 * width
+    if dt_s <= 0.0 or time_s <= 0.0:
+        return played(now, after, half)
+    behind = time_s * (after - before) / dt_s  # where u - y tends to
+    gap = behind + (before - now - behind) * math.exp(-dt_s / time_s)
+    return after - min(max(gap, -half), half)
+
+
+@compiled
+def _limited(now, before, after, most_per_s, dt_s):
+    """Return where a drive with a top speed is, see `limited_step`."""
+    if dt_s <= 0.0:
+        return now if math.isfinite(most_per_s) else after
+    speed = (after - before) / dt_s
+    toward = 1.0 if before > now else (-1.0 if before < now else 0.0)
+    closing = most_per_s - speed * toward  # how fast the gap closes
+    meets_s = 0.0
+    if toward != 0.0:
+        meets_s = abs(before - now) / closing if closing > 0.0 else math.inf
+    if meets_s >= dt_s:
+        return now + toward * most_per_s * dt_s
+    if abs(speed) <= most_per_s:
+        return after
+    return before + speed * meets_s + math.copysign(1.0, speed) * most_per_s * (dt_s - meets_s)
+
+
+@compiled
+def _closings(steps_s, values, width, time_s, rest, result):
+    """Set `result` (r, t) to where closing plays are along `values` (r, t), from `rest` (t,)."""
+    for column in range(values.shape[1]):
+        now = before = rest[column]
+        for row in range(values.shape[0]):
+            after = values[row, column]
+            now = _closing(now, before, after, width[column], time_s, steps_s[row])
+            result[row, column], before = now, after
+
+
+@compiled
+def _limits(steps_s, values, most_per_s, rest, result):
+    """Set `result` (r, t) to where drives with a top speed are along `values` (r, t), from `rest` (t,)."""
+    for column in range(values.shape[1]):
+        now = before = rest[column]
+        for row in range(values.shape[0]):
+            after = values[row, column]
+            now = _limited(now, before, after, most_per_s[column], steps_s[row])
+            result[row, column], before = now, after
+
+
+def closing_play(time_s: Array, values: Array, width: Array, closes_s: float, rest: Array) -> Array:
+    """Return the outputs of `closing_play_step` along inputs (r, t) at times (r,), from `rest` (t,)."""
+    result = np.empty(values.shape)
+    steps_s = np.diff(time_s, prepend=time_s[:1])
+    _closings(steps_s, np.ascontiguousarray(values, dtype=float), width, float(closes_s), rest, result)
+    return result
+
+
+def limited(time_s: Array, values: Array, most_per_s: Array, rest: Array) -> Array:
+    """Return the outputs of `limited_step` along inputs (r, t) at times (r,), from `rest` (t,)."""
+    result = np.empty(values.shape)
+    steps_s = np.diff(time_s, prepend=time_s[:1])
+    _limits(steps_s, np.ascontiguousarray(values, dtype=float), most_per_s, rest, result)
+    return result
+
+
 def closing_play_step(
     now: Array, before: Array, after: Array, width: Array, time_s: float, dt_s: float
 ) -> Array:
     """Return the outputs of plays whose drives close what is left of the dead-band with a time constant.
 
     Inside the dead-band y follows dy/dt = (u - y) / T; the input moves on a straight line from `before` to
-    `after` in `dt_s`. All arrays have shape (..., t); exact, as u - y goes one way within a step.
+    `after` in `dt_s`. All arrays have shape (t,); exact, as u - y goes one way within a step.
     """
-    half = 0.5 * np.asarray(width)
-    if dt_s <= 0.0 or time_s <= 0.0:
-        return np.minimum(np.maximum(now, after - half), after + half)
-    behind = time_s * (after - before) / dt_s  # where u - y tends to
-    gap = behind + (before - now - behind) * math.exp(-dt_s / time_s)
-    return after - np.minimum(np.maximum(gap, -half), half)
+    rows = zip(now.tolist(), before.tolist(), after.tolist(), width.tolist(), strict=True)
+    return np.array([_closing(*row, float(time_s), float(dt_s)) for row in rows])
 
 
 def limited_step(now: Array, before: Array, after: Array, most_per_s: Array, dt_s: float) -> Array:
-    """Return where outputs are that follow their inputs at no more than a speed, shape (..., t).
+    """Return where outputs are that follow their inputs at no more than a speed, shape (t,).
 
     The inputs move on a straight line from `before` to `after` in `dt_s`. An output goes toward its input,
     meets it, and then keeps up with it or falls behind on the other side; exact.
     """
-    if dt_s <= 0.0:
-        return np.where(np.isfinite(most_per_s), now, after)
-    speed = (after - before) / dt_s
-    toward = np.sign(before - now)
-    closing = most_per_s - speed * toward  # how fast the gap closes
-    with np.errstate(divide="ignore", invalid="ignore"):
-        meets_s = np.where(
-            toward == 0.0, 0.0, np.where(closing > 0.0, np.abs(before - now) / closing, np.inf)
-        )
-    lasts_s = np.minimum(meets_s, dt_s)
-    way_s = dt_s - lasts_s
-    with np.errstate(invalid="ignore"):
-        still_behind = now + toward * most_per_s * dt_s
-        left = before + speed * lasts_s + np.sign(speed) * most_per_s * way_s
-    met = np.where(np.abs(speed) <= most_per_s, after, left)
-    return np.where(meets_s >= dt_s, still_behind, met)
+    rows = zip(now.tolist(), before.tolist(), after.tolist(), most_per_s.tolist(), strict=True)
+    return np.array([_limited(*row, float(dt_s)) for row in rows])
+
+
+@compiled
+def _rubbings(values, low, high, rest, result):
+    """Set `result` (r, t) to `values` (r, t) as far as it must go to stay within both shares of them."""
+    for column in range(values.shape[1]):
+        now = rest[column]
+        for row in range(values.shape[0]):
+            value = values[row, column]
+            now = min(max(now, value * low), value * high)
+            result[row, column] = now
+
+
+def rubbed(values: Array, loss: float, rest: Array) -> Array:
+    """Return tensions behind a path that rubs, along those before it (r, t), from `rest` (t,).
+
+    They stay while they lie between T exp(-loss) and T exp(loss) (Euler), and follow only as far as they
+    must.
+    """
+    result = np.empty(values.shape)
+    low, high = math.exp(-loss), math.exp(loss)
+    _rubbings(np.ascontiguousarray(values, dtype=float), low, high, rest, result)
+    return result
 
 
 def plays(values: Array, thresholds: Array) -> Array:

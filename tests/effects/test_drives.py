@@ -12,7 +12,7 @@ from catheter_sim.catalogue import load_robot
 from catheter_sim.core.inputs import Inputs
 from catheter_sim.effects import EFFECTS
 from catheter_sim.effects.apply import arriving_inputs, with_effects
-from catheter_sim.mechanics.hysteresis import closing_play_step, limited_step
+from catheter_sim.mechanics.hysteresis import closing_play, closing_play_step, limited, limited_step
 
 SECTION = load_robot("neuroendoscope_section")
 Effects = dict[str, dict[str, float]]
@@ -68,6 +68,26 @@ def test_a_dead_band_closes_by_its_equation(seed: int) -> None:
         np.array([start]), np.array([before]), np.array([after]), np.array([width]), time_s, duration
     )
     assert found[0] == pytest.approx(fine, abs=1e-3)
+
+
+def test_a_series_is_its_steps() -> None:
+    """Of a drive with a top speed and of one that closes its dead-band; to the last bit."""
+    rng = np.random.default_rng(5)
+    time_s, rows, rest = np.cumsum(rng.uniform(0.1, 2.0, 40)), rng.normal(size=(40, 3)), rng.normal(size=3)
+    most, width = np.array([0.4, np.inf, 1.5]), np.array([0.3, 0.0, 2.0])
+    pairs = (
+        (limited(time_s, rows, most, rest), lambda *way: limited_step(*way[:3], most, way[3])),
+        (
+            closing_play(time_s, rows, width, 3.0, rest),
+            lambda *way: closing_play_step(*way[:3], width, 3.0, way[3]),
+        ),
+    )
+    for series, step in pairs:
+        now, before = rest, rest
+        for row, dt_s in enumerate(np.diff(time_s, prepend=time_s[:1])):
+            now = step(now, before, rows[row], dt_s)
+            before = rows[row]
+            assert np.array_equal(series[row], now)
 
 
 def test_what_a_controller_leaves_it_closes_slowly() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -93,6 +94,19 @@ def links(robot: ContinuumRobot) -> list[Link]:
             )
         z += segment.length_m
     return result
+
+
+def per_link(robot: ContinuumRobot, value: Callable[[Segment], float]) -> np.ndarray:
+    """Return a number of each link's segment, base to tip, shape (n,)."""
+    counts = [disks(robot, segment) * robot.links_per_subsegment for segment in robot.segments]
+    return np.repeat([value(segment) for segment in robot.segments], counts)
+
+
+def link_lengths(robot: ContinuumRobot) -> np.ndarray:
+    """Return the backbone length that each link's hinge stands for, base to tip, shape (n,) [m]."""
+    return per_link(
+        robot, lambda segment: segment.length_m / (disks(robot, segment) * robot.links_per_subsegment)
+    )
 
 
 def axes_of(segment: Segment) -> str:
@@ -188,10 +202,8 @@ def disk_masses(robot: ContinuumRobot) -> np.ndarray:
 
 def face_masses(robot: ContinuumRobot) -> np.ndarray:
     """Return the mass that statics put at each link's distal face, as `disk_masses` does, shape (n,) [kg]."""
-    row = links(robot)
-    return _at_faces(
-        robot, np.array([link.segment.mass_kg / link.segment.length_m * link.length_m for link in row])
-    )
+    per_length = per_link(robot, lambda segment: segment.mass_kg / segment.length_m)
+    return _at_faces(robot, per_length * link_lengths(robot))
 
 
 def _at_faces(robot: ContinuumRobot, own: np.ndarray) -> np.ndarray:

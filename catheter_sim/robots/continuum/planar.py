@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,11 +19,12 @@ from catheter_sim.robots.continuum.description import (
     face_masses,
     is_centred,
     last_disk,
-    links,
+    link_lengths,
     outputs,
+    per_link,
     winds_or_converges,
 )
-from catheter_sim.robots.continuum.spec import ContinuumRobot, Segment
+from catheter_sim.robots.continuum.spec import ContinuumRobot
 
 # ----------------------------------------------------------------------------------------------------
 # Where a planar chain's cells are, from their bend angles: hinge at mid-cell, or circular arc.
@@ -244,24 +245,19 @@ def planar_chain(robot: ContinuumRobot, model: str) -> PlanarChain:
                     f"static model {model!r}: segments.{segment.name}: a planar model needs "
                     "rest_curvature_y_per_m and rest_twist_deg_per_m = 0"
                 )
-    cells = links(robot)
+    length = link_lengths(robot)
     last = np.array([last_disk(robot, tendon) for tendon in robot.tendons])
     x = [tendon.radius_m * math.cos(tendon.angle_rad) for tendon in robot.tendons]
     # A tendon at 90 deg sits in the neutral plane: cos leaves it 1e-19 m off, on a side of its own.
     x = [0.0 if abs(d) < 1e-9 * tendon.radius_m else d for d, tendon in zip(x, robot.tendons, strict=True)]
-    reaches = np.arange(len(cells))[None, :] < last[:, None]
-
-    def per_cell(value: Callable[[Segment], float]) -> Array:
-        return np.array([value(cell.segment) for cell in cells])
-
-    length = np.array([cell.length_m for cell in cells])
+    reaches = np.arange(len(length))[None, :] < last[:, None]
     return PlanarChain(
         robot=robot,
         cell_length=length,
-        stiffness=per_cell(lambda segment: segment.bending_stiffness_N_m2) * robot.stiffness_scale,
-        cubic=per_cell(lambda segment: segment.stiffness_cubic_m2),
-        quintic=per_cell(lambda segment: segment.stiffness_quintic_m4),
-        rest_curvature=per_cell(lambda segment: segment.rest_curvature_x_per_m),
+        stiffness=per_link(robot, lambda segment: segment.bending_stiffness_N_m2) * robot.stiffness_scale,
+        cubic=per_link(robot, lambda segment: segment.stiffness_cubic_m2),
+        quintic=per_link(robot, lambda segment: segment.stiffness_quintic_m4),
+        rest_curvature=per_link(robot, lambda segment: segment.rest_curvature_x_per_m),
         offset=np.where(reaches, np.array(x)[:, None], 0.0),
         reaches=reaches,
         face_mass=face_masses(robot),

@@ -25,7 +25,13 @@ from catheter_sim.core.statics import OneByOne, StaticModel, Twin, TwinStates
 from catheter_sim.mechanics.arcs import points_on_arcs
 from catheter_sim.robots.continuum.arcs import solve_rows
 from catheter_sim.robots.continuum.constant_curvature import arc_robots, joint_values, loads, places, turns
-from catheter_sim.robots.continuum.description import axes_of, disks, links, outputs, winds_or_converges
+from catheter_sim.robots.continuum.description import (
+    axes_of,
+    disks,
+    link_lengths,
+    outputs,
+    winds_or_converges,
+)
 from catheter_sim.robots.continuum.exact_arm import FKM_EXACT_ARM as MODEL
 from catheter_sim.robots.continuum.exact_arm import fkm_exact_arm
 from catheter_sim.robots.continuum.planar import bends_in_plane, hinge_faces, joint_angles, rotations
@@ -125,7 +131,7 @@ class PlanarTwin:
         shown = slice(None, None, every)
         angles, shift = solve_planar(robots, arriving, gravity_mps2)
         angles = angles[:, shown]
-        length = np.array([[[link.length_m for link in links(robot)]] for robot in robots])
+        length = np.array([[link_lengths(robot)] for robot in robots])
         p_w = hinge_faces(angles, length, elements)
         p_w[..., 2] += shift[:, shown, None]
         R_w = rotations(np.cumsum(angles, axis=2)[:, :, list(elements)])
