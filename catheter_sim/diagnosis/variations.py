@@ -235,7 +235,7 @@ def beside_fit(current: Fit, term: Term, change: Tangent | None, only: bool = Fa
 
 
 @dataclass(frozen=True)
-class Course:
+class VaryingCourse:
     """How a number may vary, but for the number.
 
     Attributes:
@@ -249,8 +249,8 @@ class Course:
     some: Array
 
 
-def _course(items: tuple[Variation, ...], values: Array) -> Course:
-    return Course(items, values, values[_some(len(values), RANKED_BY)])
+def _course(items: tuple[Variation, ...], values: Array) -> VaryingCourse:
+    return VaryingCourse(items, values, values[_some(len(values), RANKED_BY)])
 
 
 @dataclass(frozen=True)
@@ -258,7 +258,7 @@ class VaryingWay:
     """A number that varies by a course: `own` is the derivative by the number, shape (n,)."""
 
     number: str
-    course: Course
+    course: VaryingCourse
     own: Array
 
     @property
@@ -278,7 +278,9 @@ def _some(count: int, most: int) -> np.ndarray:
     return np.sort(np.random.default_rng(0).permutation(count)[:most])
 
 
-def multiplied(at: Beside, own: Array, found: Sequence[Course], along: Sequence[str]) -> list[Course]:
+def multiplied(
+    at: Beside, own: Array, found: Sequence[VaryingCourse], along: Sequence[str]
+) -> list[VaryingCourse]:
     """Return products of two courses with different things, each the best beside the other.
 
     `own` is the derivative by the number, shape (n,), `along` what it may vary with alone: one of the two at
@@ -316,7 +318,7 @@ def multiplied(at: Beside, own: Array, found: Sequence[Course], along: Sequence[
             if {kinds[one][0], kinds[other][0]} & set(along):
                 pairs[min(one, other), max(one, other)] = float(gain[one])
     best = sorted(pairs, key=lambda pair: -pairs[pair])[:MULTIPLIED]
-    ways: list[Course] = []
+    ways: list[VaryingCourse] = []
     for one, other in best:
         (first, course), (second, further) = single[one], single[other]
         both = replace(first, times=second)
@@ -326,7 +328,7 @@ def multiplied(at: Beside, own: Array, found: Sequence[Course], along: Sequence[
     return [way for way in ways if _tells(way.values[:, -1])]
 
 
-def along_rows(number: str, own: Array, found: Sequence[Course]) -> list[VaryingWay]:
+def along_rows(number: str, own: Array, found: Sequence[VaryingCourse]) -> list[VaryingWay]:
     """Return how a number may vary from row to row; `own` is the derivative by it, shape (n,)."""
     return [VaryingWay(number, course, own) for course in found]
 
@@ -345,7 +347,7 @@ def part_names(number: str) -> tuple[str, ...]:
     return tuple(item.name_of(number) for item in places() if round(PARTS * (item.at[1] - item.at[0])) == 1)
 
 
-def telling(problem: Problem, asked: Iterable[tuple[Variation, ...]]) -> list[Course]:
+def telling(problem: Problem, asked: Iterable[tuple[Variation, ...]]) -> list[VaryingCourse]:
     """Return the courses that are more and less than a quarter of their most at enough rows."""
     row, levels = _row_of_residual(problem), cache(partial(_levels, problem))
 

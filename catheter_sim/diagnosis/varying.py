@@ -32,8 +32,8 @@ from catheter_sim.diagnosis.thresholds import (
     PAYS_SHARE,
 )
 from catheter_sim.diagnosis.variations import (
-    Course,
     Promise,
+    VaryingCourse,
     VaryingWay,
     along_robot,
     along_rows,
@@ -146,7 +146,7 @@ def _with_two(
     search: Search,
     null: Fit,
     terms: Sequence[Term],
-    rows: Sequence[Course],
+    rows: Sequence[VaryingCourse],
     fixed: Sequence[Fit],
 ) -> list[Fit]:
     """Return the best fits in which a number varies with two things at once: late, say, and far out."""
@@ -177,7 +177,7 @@ def may_settle(problem: Problem, null: Fit, fixed: Sequence[Fit], item: Promise)
 def _nearer(
     search: Search,
     leading: Fit,
-    rows: Sequence[Course],
+    rows: Sequence[VaryingCourse],
     all_kinds: bool,
 ) -> list[Fit]:
     """Return fits in which a number varies otherwise than in a leading one, where derivatives tell more.
@@ -266,7 +266,7 @@ def _promised(
     search: Search,
     start: Fit,
     asked: Sequence[Term],
-    rows: Sequence[Course],
+    rows: Sequence[VaryingCourse],
     two: bool = False,
 ) -> list[Promise]:
     """Return the hypotheses beside a fit in which a number of an asked term varies, most promising first.
