@@ -26,8 +26,8 @@ FEWEST_BLOCKS = 4
 """[cycles] With fewer, equal stretches of rows take their place. Why: signs of three cycles can be turned in
 eight ways only, which allows no small p-value."""
 REVERSAL_SHARE = 0.02
-"""[share of an output's range] A smaller move back is no turning point. Why: it may be noise of the
-inputs."""
+"""[share of a series' range] A smaller move back is no turning point. Why: it may be noise, of inputs or of
+what was computed from them."""
 STRUCTURE_DRAWS = 999
 """[draws] The cycles' signs are drawn this many times. Why: it gives p-values down to a thousandth, a tenth
 of `SIGNIFICANT_P`."""
