@@ -30,6 +30,7 @@ from catheter_sim.diagnosis.trials import TIP, Dataset, place_along, points_of, 
 from catheter_sim.diagnosis.words import axis_label, before_model, errors_of
 from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls, workers
 from catheter_sim.effects import EFFECTS
+from catheter_sim.errors import InputError
 from catheter_sim.pictures.curves import COLOURS, LEGEND, entitle, panels_of, png_of, tidy_axes
 from catheter_sim.tables import Table
 
@@ -402,8 +403,12 @@ def figures(diagnosis: DiagnosisResult, place: Workers = SERIAL) -> tuple[Report
         if item.coordinate
     ]
     calls = [(diagnosis, name) for name in _DRAWN] + [(diagnosis, item) for item in scores]
-    with workers(place) as pool:
-        return tuple(picture for some in map_calls(pool, _drawn, calls) for picture in some)
+    try:
+        with workers(place) as pool:
+            drawn = map_calls(pool, _drawn, calls)
+    except InputError:  # its processes are killed, again and again: no reason to lose what was found
+        drawn = map_calls(SERIAL, _drawn, calls)
+    return tuple(picture for some in drawn for picture in some)
 
 
 def _drawn(diagnosis: DiagnosisResult, what: str | ViewScore) -> tuple[ReportPicture, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from catheter_sim.diagnosis.prepare import (
     prepare,
     split_problem,
 )
-from catheter_sim.diagnosis.workers import SERIAL
+from catheter_sim.diagnosis.workers import SERIAL, Workers, map_calls
 from catheter_sim.errors import TRACEBACK_VARIABLE, InputError, SimulationDiverged
 
 RUN = DiagnosisRun(SERIAL, lambda line: None)
@@ -166,6 +167,23 @@ def test_a_file_that_fails_leaves_the_others(
     assert "backlash" in page
     assert name == "to_json" or "float division by zero" in page
     assert ("headline.png" in {path.name for path in tmp_path.iterdir()}) is (name != "figures")
+
+
+def test_pictures_are_drawn_here_where_other_processes_are_killed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As often as a lack of memory kills them; what was found is not lost to it."""
+    asked: list[Workers] = []
+
+    def killed(place: Workers, *call: Any) -> list[Any]:
+        asked.append(place)
+        if place.jobs > 1:
+            raise InputError("--jobs 2: processes were killed")
+        return map_calls(place, *call)
+
+    monkeypatch.setattr(pictures, "map_calls", killed)
+    found = pictures.figures(made_up(), Workers(2))
+    assert [place.jobs for place in asked] == [2, 1]
+    assert [item.name for item in found] == [item.name for item in pictures.figures(made_up())]
+    assert all(item.png.startswith(b"\x89PNG") for item in found)
 
 
 @pytest.mark.slow
